@@ -1,0 +1,3 @@
+"""Energy-optimal speed plans for robotic cells."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,125 @@
+"""The parameters of the pipeline (`params.yaml`), validated before any work starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from robojoule.documents import Document, load
+
+Fraction = Annotated[float, Field(gt=0, lt=1)]
+Percent = Annotated[float, Field(gt=0, le=100)]
+
+
+class RobotParams(Document):
+    """Which robot carries what."""
+
+    name: str = Field(min_length=1, description="Catalog name, or path of a robot file or URDF.")
+    payload_kg: float = Field(ge=0, le=2000, description="Payload mass. [kg]")
+    payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
+
+
+class GenerateTreesParams(Document):
+    """Random operation trees (thesis Algorithm 1)."""
+
+    seed: int = Field(ge=0)
+    trees: int = Field(ge=2, description="Trees for training and test.")
+    test_fraction: Fraction
+    experiment_trees: int = Field(ge=3, description="Trees of the plan experiments, never trained on.")
+    points: int = Field(ge=1, le=100, description="Random points a tree.")
+    budget_rad: tuple[float, float] = Field(description="Smallest and largest budget B of joint changes. [rad]")
+    use_whole_budget: bool
+
+    @model_validator(mode="after")
+    def _budgets_ordered(self) -> GenerateTreesParams:
+        if not 0 < self.budget_rad[0] <= self.budget_rad[1]:
+            raise ValueError("generate_trees.budget_rad must be two positive numbers in rising order")
+        return self
+
+
+class SimulateMotionsParams(Document):
+    """Runs of every motion in the plant."""
+
+    speed_limits_percent: list[Percent] = Field(min_length=5)
+    sample_rate_hz: float = Field(ge=250, le=8000)
+    shard_motions: int = Field(ge=1, description="Motions a samples shard.")
+
+    @model_validator(mode="after")
+    def _rising(self) -> SimulateMotionsParams:
+        limits = self.speed_limits_percent
+        if any(b <= a for a, b in zip(limits, limits[1:], strict=False)) or limits[-1] != 100:
+            raise ValueError("simulate_motions.speed_limits_percent must rise strictly and end at 100")
+        return self
+
+
+class ForestParams(Document):
+    """Random forest regressor."""
+
+    n_estimators: int = Field(ge=1)
+    min_samples_leaf: int = Field(ge=1)
+    max_features: Fraction | Literal[1]
+
+
+class NeuralNetworkParams(Document):
+    """Multi-layer perceptron regressor."""
+
+    hidden_layers: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
+    alpha: float = Field(ge=0)
+    learning_rate: float = Field(gt=0)
+    max_epochs: int = Field(ge=1)
+
+
+class TrainPredictorsParams(Document):
+    """Predictors of the energy profile's parameters (thesis 5.2)."""
+
+    seed: int = Field(ge=0)
+    random_forest: ForestParams
+    neural_network: NeuralNetworkParams
+
+
+class ThreeSegmentParams(Document):
+    """The thesis's three-segment profile (Eq. 5.2-5.4)."""
+
+    left_fraction: Fraction
+    right_fraction: Fraction
+    offset_j: float = Field(gt=0)
+
+
+class EvaluatePlansParams(Document):
+    """Plans of the experiment trees and their re-simulation."""
+
+    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)
+    krc_segments: list[Annotated[int, Field(ge=1, le=100)]] = Field(min_length=1)
+    three_segment: ThreeSegmentParams
+    dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
+    payload_sensitivity_kg: list[Annotated[float, Field(ge=0, le=2000)]]
+
+
+class DrawFiguresParams(Document):
+    """Style of the figures."""
+
+    width_in: float = Field(gt=0, le=30)
+    dpi: int = Field(ge=50, le=600)
+    colormap: str
+
+
+class Params(Document):
+    """All parameters of the pipeline."""
+
+    robot: RobotParams
+    generate_trees: GenerateTreesParams
+    simulate_motions: SimulateMotionsParams
+    train_predictors: TrainPredictorsParams
+    evaluate_plans: EvaluatePlansParams
+    draw_figures: DrawFiguresParams
+
+
+def load_params(path: str | Path = "params.yaml") -> Params:
+    """Read and validate the parameter file.
+
+    Raises:
+        InputError: Unknown, missing or out-of-range key; unreadable file.
+    """
+    return load(Params, path)

@@ -1,0 +1,103 @@
+"""Where the pipeline's files lie below its root folder: the contract's file names in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Paths of every file that a stage reads or writes, below `root`."""
+
+    root: Path = Path()
+
+    @property
+    def data_dir(self) -> Path:
+        """Folder of the Parquet files."""
+        return self.root / "data"
+
+    @property
+    def trees(self) -> Path:
+        """Operation trees, one row a point."""
+        return self.data_dir / "trees.parquet"
+
+    @property
+    def trees_dir(self) -> Path:
+        """The experiment trees as operation-tree files."""
+        return self.data_dir / "trees"
+
+    @property
+    def motions(self) -> Path:
+        """Point-to-point motions, one row a motion."""
+        return self.data_dir / "motions.parquet"
+
+    @property
+    def runs(self) -> Path:
+        """Simulated runs, one row a motion and speed limit."""
+        return self.data_dir / "runs.parquet"
+
+    @property
+    def samples_dir(self) -> Path:
+        """Time series of every run, in shards."""
+        return self.data_dir / "samples"
+
+    @property
+    def paths(self) -> Path:
+        """Chebyshev coefficients of the path torques, one row a motion."""
+        return self.data_dir / "paths.parquet"
+
+    @property
+    def features(self) -> Path:
+        """Features and targets, one row a motion."""
+        return self.data_dir / "features.parquet"
+
+    @property
+    def predictions(self) -> Path:
+        """Predicted profile parameters of held-out motions."""
+        return self.data_dir / "predictions.parquet"
+
+    @property
+    def plans(self) -> Path:
+        """Every plan, one row a vertex."""
+        return self.data_dir / "plans.parquet"
+
+    @property
+    def models_dir(self) -> Path:
+        """Fitted predictors."""
+        return self.root / "models"
+
+    @property
+    def reports_dir(self) -> Path:
+        """Folder of tables, metrics, figures and the report."""
+        return self.root / "reports"
+
+    @property
+    def tables_dir(self) -> Path:
+        """Result tables (CSV)."""
+        return self.reports_dir / "tables"
+
+    @property
+    def figures_dir(self) -> Path:
+        """Figures."""
+        return self.reports_dir / "figures"
+
+    @property
+    def metrics_dir(self) -> Path:
+        """Metrics of single stages (JSON), merged into `metrics`."""
+        return self.reports_dir / "metrics"
+
+    @property
+    def metrics(self) -> Path:
+        """Headline figures of the whole pipeline."""
+        return self.reports_dir / "metrics.json"
+
+    @property
+    def report(self) -> Path:
+        """The HTML report."""
+        return self.reports_dir / "index.html"
+
+    @property
+    def mlflow_uri(self) -> str:
+        """Tracking store of MLflow."""
+        return f"sqlite:///{self.root / 'mlflow.db'}"
