@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -49,7 +50,7 @@ class SimulateMotionsParams(Document):
     @model_validator(mode="after")
     def _rising(self) -> SimulateMotionsParams:
         limits = self.speed_limits_percent
-        if any(b <= a for a, b in zip(limits, limits[1:], strict=False)) or limits[-1] != 100:
+        if any(b <= a for a, b in pairwise(limits)) or limits[-1] != 100:
             raise ValueError("simulate_motions.speed_limits_percent must rise strictly and end at 100")
         return self
 

@@ -29,10 +29,10 @@ _SUFFIXES = (".yaml", ".yml", ".json")
 class _UniqueKeyLoader(yaml.CSafeLoader):
     """A YAML loader that refuses duplicate keys instead of keeping the last one."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:  # noqa: D102
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[Any] = set()
         for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            key = self.construct_object(key_node, deep=True)
             if key in seen:
                 raise InputError(f"key '{key}' appears twice (line {key_node.start_mark.line + 1})")
             seen.add(key)

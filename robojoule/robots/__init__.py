@@ -1,0 +1,43 @@
+"""The catalog of robots: one file an arm, published figures with source and licence."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robojoule.documents import load
+from robojoule.errors import InputError
+
+if TYPE_CHECKING:
+    from robojoule.robots.robot import Payload, Robot
+
+
+def _catalog() -> Path:
+    return Path(str(resources.files("robojoule.robots") / "catalog"))
+
+
+def robot_names() -> list[str]:
+    """Names of the catalog's robots, sorted."""
+    return sorted(path.stem for path in _catalog().glob("*.json"))
+
+
+def load_robot(name: str | Path, payload: Payload | None = None) -> Robot:
+    """Load a robot from the catalog or from a robot file (YAML or JSON).
+
+    Args:
+        name: Catalog name, or path of a robot file.
+        payload: What it carries; nothing if not given.
+
+    Raises:
+        InputError: Unknown name, or a bad robot file.
+    """
+    from robojoule.robots.model_file import RobotFile  # late: listing names needs neither models nor Pinocchio
+    from robojoule.robots.robot import Robot
+
+    path = Path(name)
+    if path.suffix.lower() not in (".json", ".yaml", ".yml"):
+        path = _catalog() / f"{name}.json"
+        if str(name) not in robot_names():
+            raise InputError(f"unknown robot '{name}'", allowed=f"{', '.join(robot_names())}, or a robot file")
+    return Robot(load(RobotFile, path), payload)
