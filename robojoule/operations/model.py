@@ -1,0 +1,291 @@
+"""The operation tree (thesis 2.1.1): what a robot does in one cycle, in order.
+
+Inner nodes group (`CompoundOperation`); leaves act (`MoveOperation`, `WaitOperation`, `ProcessOperation`). Trees are
+immutable: a plan is written back with `OperationTree.with_plan`, which returns a new tree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from robojoule.documents import Document
+from robojoule.errors import InputError
+
+FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
+FORMAT_VERSION: Literal[1] = 1
+
+# Strict: text and booleans are no numbers in these files; integers are.
+Number = Annotated[float, Strict()]
+Duration = Annotated[Number, Field(ge=0)]
+Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
+Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$")]
+
+
+def _accepts_degrees(stem: str) -> Any:
+    """Edit a model's JSON Schema so that `<stem>_deg` may stand in place of `<stem>_rad`."""
+    radians, degrees = f"{stem}_rad", f"{stem}_deg"
+
+    def edit(schema: dict[str, Any]) -> None:
+        properties = {}
+        for key, value in schema["properties"].items():
+            properties[key] = value
+            if key == radians:
+                text = value["description"].replace("[rad]", f"[deg] Stands in place of {radians}.")
+                properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
+        schema["properties"] = properties
+        schema["required"] = [key for key in schema["required"] if key != radians]
+        schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
+        if "type" in properties:
+            _requires_type(schema)
+
+    return edit
+
+
+def _requires_type(schema: dict[str, Any]) -> None:
+    """Make `type` obligatory in files, though Python code need not repeat it."""
+    schema["required"] = ["type", *schema["required"]]
+
+
+def _from_degrees(data: Any, stem: str) -> Any:
+    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there."""
+    radians, degrees = f"{stem}_rad", f"{stem}_deg"
+    if not isinstance(data, Mapping):
+        return data
+    if (radians in data) == (degrees in data):
+        raise ValueError(f"exactly one of {radians} and {degrees} must be given")
+    if degrees not in data:
+        return data
+    values = data[degrees]
+    if not isinstance(values, (list, tuple)) or not values or not all(_is_finite_number(value) for value in values):
+        raise ValueError(f"{degrees} must be a list of finite numbers")
+    rest = {key: value for key, value in data.items() if key != degrees}
+    return {**rest, radians: [math.radians(value) for value in values]}
+
+
+def _is_finite_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _inconsistent(key: str, problem: str) -> PydanticCustomError:
+    # Braces would be taken for a template by pydantic: the text travels as data.
+    return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
+
+
+class CoarseZone(Document):
+    """The robot may round the corner anywhere within a radius of the target."""
+
+    radius_m: Annotated[Number, Field(gt=0)] = Field(description="Radius of the zone round the target. [m]")
+
+
+def _zone_kind(value: Any) -> str | None:
+    if value == "fine":
+        return "fine"
+    return "coarse" if isinstance(value, (Mapping, CoarseZone)) else None
+
+
+Zone = Annotated[
+    Annotated[Literal["fine"], Tag("fine")] | Annotated[CoarseZone, Tag("coarse")],
+    Discriminator(
+        _zone_kind,
+        custom_error_type="zone",
+        custom_error_message="a zone is either the word fine or a mapping with radius_m",
+    ),
+]
+
+
+class MoveOperation(Document):
+    """Point-to-point move to a joint configuration, with a stop there if the zone is fine."""
+
+    model_config = ConfigDict(json_schema_extra=_accepts_degrees("target"))
+
+    type: Literal["move"] = "move"
+    name: Name = Field(description="Name, unique in the tree.")
+    target_rad: Configuration = Field(description="Joint configuration to reach, one value a joint. [rad]")
+    zone: Zone = Field(default="fine", description="fine: stop at the target; radius_m: pass it within this distance.")
+    speed_limit_percent: Annotated[Number, Field(gt=0, le=100)] = Field(
+        default=100.0, description="Share of the joint velocity limits that may be used. [%]"
+    )
+    wait_before_s: Duration = Field(default=0.0, description="Wait at the start of the move. [s]")
+    wait_after_s: Duration = Field(default=0.0, description="Wait at the target. [s]")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _degrees(cls, data: Any) -> Any:
+        return _from_degrees(data, "target")
+
+    @property
+    def is_fine(self) -> bool:
+        """Whether the robot stops at the target."""
+        return self.zone == "fine"
+
+
+class WaitOperation(Document):
+    """The robot stands still for a fixed time."""
+
+    model_config = ConfigDict(json_schema_extra=_requires_type)
+
+    type: Literal["wait"] = "wait"
+    name: Name = Field(description="Name, unique in the tree.")
+    duration_s: Duration = Field(description="How long. [s]")
+
+
+class ProcessOperation(Document):
+    """A process step (weld, screw, grip) at which the robot stands still."""
+
+    model_config = ConfigDict(json_schema_extra=_requires_type)
+
+    type: Literal["process"] = "process"
+    name: Name = Field(description="Name, unique in the tree.")
+    duration_s: Duration = Field(description="How long. [s]")
+    power_w: Annotated[Number, Field(ge=0)] = Field(
+        default=0.0, description="Electrical power of the process beside that of the standing robot. [W]"
+    )
+
+
+class CompoundOperation(Document):
+    """A named group of operations, executed in order; it moves nothing itself."""
+
+    model_config = ConfigDict(json_schema_extra=_requires_type)
+
+    type: Literal["compound"] = "compound"
+    name: Name = Field(description="Name, unique in the tree.")
+    operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
+
+
+AtomicOperation = MoveOperation | WaitOperation | ProcessOperation
+Operation = Annotated[CompoundOperation | MoveOperation | WaitOperation | ProcessOperation, Field(discriminator="type")]
+
+
+class OperationTree(Document):
+    """One cycle of one robot: the root of the tree.
+
+    Names are unique, there is at least one move, and a coarse zone is followed at once by moves of which one is
+    fine (thesis 2.1.3): the robot cannot stop inside a coarse zone.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_accepts_degrees("start"))
+
+    format: Literal["robojoule-operation-tree"] = Field(description="Marks the file format.")
+    version: Literal[1] = Field(description="Version of the file format.")
+    name: Name = Field(description="Name of the tree.")
+    robot: Name | None = Field(default=None, description="Catalog name of the robot it is written for; none: any.")
+    start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
+    operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _degrees(cls, data: Any) -> Any:
+        return _from_degrees(data, "start")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> OperationTree:
+        seen: dict[str, str] = {}
+        for key, operation in self.walk():
+            if operation.name in seen:
+                raise _inconsistent(
+                    f"{key}.name", f"the name '{operation.name}' stands already at {seen[operation.name]}"
+                )
+            seen[operation.name] = key
+        if not self.moves():
+            raise _inconsistent("operations", "the tree has no move operation")
+        self._check_zones()
+        return self
+
+    def _check_zones(self) -> None:
+        steps = [(key, step) for key, step in self.walk() if not isinstance(step, CompoundOperation)]
+        for (key, step), (_, following) in zip(steps, [*steps[1:], ("", None)], strict=True):
+            if not isinstance(step, MoveOperation) or step.is_fine:
+                continue
+            problem = f"move '{step.name}' has a coarse zone"
+            if following is None:
+                raise _inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
+            if not isinstance(following, MoveOperation):
+                text = f"{problem}, so a fine move must come before {following.type} '{following.name}'"
+                raise _inconsistent(f"{key}.zone", text)
+            if step.wait_after_s or following.wait_before_s:
+                raise _inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
+
+    def walk(self) -> Iterator[tuple[str, Operation]]:
+        """Every operation with its key in the file ("operations.0.operations.2"), parents before children."""
+
+        def descend(operations: tuple[Operation, ...], key: str) -> Iterator[tuple[str, Operation]]:
+            for index, operation in enumerate(operations):
+                yield f"{key}.{index}", operation
+                if isinstance(operation, CompoundOperation):
+                    yield from descend(operation.operations, f"{key}.{index}.operations")
+
+        return descend(self.operations, "operations")
+
+    def atomic(self) -> tuple[AtomicOperation, ...]:
+        """Moves, waits and process steps in order of execution."""
+        return tuple(operation for _, operation in self.walk() if not isinstance(operation, CompoundOperation))
+
+    def moves(self) -> tuple[MoveOperation, ...]:
+        """Moves in order of execution."""
+        return tuple(operation for operation in self.atomic() if isinstance(operation, MoveOperation))
+
+    def configurations_rad(self) -> NDArray[np.float64]:
+        """Joint configurations from the start on: (moves + 1, joints). [rad]
+
+        Raises:
+            ValueError: The targets have different numbers of joints (see `check_tree`).
+        """
+        return np.array([self.start_rad, *(move.target_rad for move in self.moves())])
+
+    def with_plan(
+        self,
+        speed_limits_percent: Mapping[str, float],
+        *,
+        waits_before_s: Mapping[str, float] | None = None,
+        waits_after_s: Mapping[str, float] | None = None,
+    ) -> OperationTree:
+        """Write a plan back: a new tree with other speed limits and waits of its moves.
+
+        Args:
+            speed_limits_percent: Speed limit per name of a move; moves not named keep theirs. [%]
+            waits_before_s: Wait before the move, per name of a move. [s]
+            waits_after_s: Wait after the move, per name of a move. [s]
+
+        Returns:
+            The new tree; nothing else differs.
+
+        Raises:
+            InputError: A name is no move of this tree, or a value is out of range.
+        """
+        changes: dict[str, dict[str, float]] = {}
+        for field, values in (
+            ("speed_limit_percent", speed_limits_percent),
+            ("wait_before_s", waits_before_s or {}),
+            ("wait_after_s", waits_after_s or {}),
+        ):
+            for name, value in values.items():
+                changes.setdefault(name, {})[field] = float(value)
+        unknown = sorted(changes.keys() - {move.name for move in self.moves()})
+        if unknown:
+            raise InputError(f"the tree '{self.name}' has no move '{unknown[0]}'")
+
+        def rewrite(operation: dict[str, Any]) -> dict[str, Any]:
+            if operation["type"] == "compound":
+                return {**operation, "operations": [rewrite(child) for child in operation["operations"]]}
+            return {**operation, **changes.get(operation["name"], {})} if operation["type"] == "move" else operation
+
+        data = self.model_dump()
+        try:
+            return OperationTree.model_validate(
+                {**data, "operations": [rewrite(child) for child in data["operations"]]}
+            )
+        except ValidationError as error:
+            details = error.errors(include_url=False)[0]
+            key = ".".join(str(part) for part in details["loc"])
+            raise InputError(f"the plan does not fit the tree '{self.name}': {details['msg']}", key=key) from None
+
+
+CompoundOperation.model_rebuild()
+OperationTree.model_rebuild()
