@@ -1,0 +1,129 @@
+"""The piecewise linear energy profile: the form in which every profile reaches the planning model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+# A breakpoint counts as concave only if it lies above its neighbours' chord by more than this share of the largest
+# energy: simulated energies carry rounding noise of about 1e-13.
+CONCAVITY_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseLinearProfile:
+    """Energy over duration, linear between breakpoints; immutable.
+
+    A single breakpoint is a motion whose duration cannot be chosen (a motion of zero length: 0 s, 0 J).
+
+    Attributes:
+        durations_s: Durations of the breakpoints, rising strictly, shape (B,) with B >= 1. [s]
+        energies_j: Energies at the breakpoints, shape (B,). [J]
+
+    Raises:
+        ValueError: Wrong shape, not finite, negative or not strictly rising durations.
+    """
+
+    durations_s: Array
+    energies_j: Array
+
+    def __post_init__(self) -> None:
+        for field in ("durations_s", "energies_j"):
+            array = np.array(getattr(self, field), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, field, array)
+        if self.durations_s.ndim != 1 or self.durations_s.size < 1 or self.durations_s.shape != self.energies_j.shape:
+            raise ValueError("a profile needs as many energies as durations, at least one")
+        if not (np.isfinite(self.durations_s).all() and np.isfinite(self.energies_j).all()):
+            raise ValueError("the breakpoints of a profile must be finite")
+        if self.durations_s[0] < 0 or (np.diff(self.durations_s) <= 0).any():
+            raise ValueError("the durations of a profile must not be negative and must rise strictly")
+
+    @property
+    def d_min_s(self) -> float:
+        """Shortest duration. [s]"""
+        return float(self.durations_s[0])
+
+    @property
+    def d_max_s(self) -> float:
+        """Longest duration. [s]"""
+        return float(self.durations_s[-1])
+
+    @property
+    def segments(self) -> int:
+        """Number of linear segments."""
+        return int(self.durations_s.size) - 1
+
+    @cached_property
+    def slopes_w(self) -> Array:
+        """Slope of each segment, shape (B - 1,). [W]"""
+        return np.asarray(np.diff(self.energies_j) / np.diff(self.durations_s))
+
+    @cached_property
+    def intercepts_j(self) -> Array:
+        """Energy of each segment's line at duration zero, shape (B - 1,). [J]"""
+        return np.asarray(self.energies_j[:-1] - self.slopes_w * self.durations_s[:-1])
+
+    def value(self, durations_s: ArrayLike) -> Array:
+        """Energy at given durations.
+
+        Args:
+            durations_s: Durations within [d_min, d_max], any shape. [s]
+
+        Returns:
+            Energies of the same shape. [J]
+
+        Raises:
+            ValueError: A duration lies outside the profile by more than 1e-9 s.
+        """
+        durations = np.asarray(durations_s, dtype=float)
+        if ((durations < self.d_min_s - 1e-9) | (durations > self.d_max_s + 1e-9)).any():
+            raise ValueError(f"the profile is defined from {self.d_min_s:.9g} s to {self.d_max_s:.9g} s only")
+        return np.asarray(np.interp(durations, self.durations_s, self.energies_j))
+
+    def lowest(self) -> tuple[float, float]:
+        """Duration [s] and energy [J] of the lowest breakpoint (the shortest of several)."""
+        index = int(np.argmin(self.energies_j))
+        return float(self.durations_s[index]), float(self.energies_j[index])
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether the slopes never fall (up to rounding)."""
+        return not self._concave().any()
+
+    def _concave(self) -> NDArray[np.bool_]:
+        """Whether each inner breakpoint lies above the chord of its neighbours, shape (B - 2,)."""
+        d, e = self.durations_s, self.energies_j
+        if d.size < 3:
+            return np.zeros(0, dtype=bool)
+        chord = e[:-2] + (e[2:] - e[:-2]) * (d[1:-1] - d[:-2]) / (d[2:] - d[:-2])
+        return np.asarray(e[1:-1] - chord > CONCAVITY_TOLERANCE * max(float(np.abs(e).max()), 1.0))
+
+    def convex_pieces(self) -> list[PiecewiseLinearProfile]:
+        """Split at the concave breakpoints: convex profiles that join end to end and together are this profile."""
+        cuts = [0, *(np.flatnonzero(self._concave()) + 1).tolist(), self.durations_s.size - 1]
+        if self.durations_s.size == 1 or len(cuts) == 2:
+            return [self]
+        return [
+            PiecewiseLinearProfile(self.durations_s[a : b + 1], self.energies_j[a : b + 1])
+            for a, b in pairwise(cuts)
+        ]
+
+    def lower_hull(self) -> PiecewiseLinearProfile:
+        """Largest convex profile that lies nowhere above this one (Andrew's monotone chain)."""
+        d, e = self.durations_s, self.energies_j
+        hull: list[int] = []
+        for point in range(d.size):
+            while len(hull) >= 2:
+                a, b = hull[-2], hull[-1]
+                if (e[b] - e[a]) * (d[point] - d[a]) < (e[point] - e[a]) * (d[b] - d[a]):
+                    break
+                hull.pop()
+            hull.append(point)
+        return PiecewiseLinearProfile(d[hull], e[hull])
