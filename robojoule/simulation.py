@@ -86,6 +86,23 @@ class MotionSamples:
     power_w: Array
 
 
+@dataclass(frozen=True)
+class PathPowers:
+    """Torques and powers at path states, M motions, P states, n joints.
+
+    Attributes:
+        torque_nm: Link-side joint torques incl. friction and rotor inertia, shape (M, P, n). [Nm]
+        friction_w: Power lost in joint friction, shape (M, P). [W]
+        copper_w: Power lost in motor copper, shape (M, P). [W]
+        bus_w: Power that the joints take from the DC bus, negative when they feed it, shape (M, P). [W]
+    """
+
+    torque_nm: Array
+    friction_w: Array
+    copper_w: Array
+    bus_w: Array
+
+
 class MotionPaths:
     """Physics along M straight joint-space motions of one robot.
 
@@ -289,7 +306,7 @@ class MotionPaths:
             s = p + tau * (v + tau * (a / 2 + tau * j / 6))
             s1 = v + tau * (a + tau * j / 2)
             s2 = a + tau * j
-            power = self._power(rows, *(x.reshape(len(rows), -1) for x in (s, s1, s2)))
+            power = self.powers(rows, *(x.reshape(len(rows), -1) for x in (s, s1, s2)))
             bus, friction, copper = (x.reshape(s.shape) for x in (power.bus_w, power.friction_w, power.copper_w))
             time = length[..., phases]
             integrals["bus"] += (quadrature.integral(bus) * time).sum(axis=-1)
@@ -335,8 +352,15 @@ class MotionPaths:
             "drive_active_j": drives.drive_active_power_w * duration_s,
         }
 
-    def _power(self, rows: Index, s: Array, s1: Array, s2: Array) -> _Power:
-        """Torques and powers at path states of shape (M', P)."""
+    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> PathPowers:
+        """Torques and powers at path states (s, s', s'') of some motions.
+
+        Args:
+            rows: Which motions, shape (M',).
+            s: Path positions, shape (M', P). [-]
+            s1: Path velocities, shape (M', P). [1/s]
+            s2: Path accelerations, shape (M', P). [1/s2]
+        """
         drives, torques = self.robot.drives, self.torques
         coefficients = np.concatenate(
             [torques.inertia_nm_s2[rows], torques.velocity_nm_s2[rows], torques.gravity_nm[rows]], axis=2
@@ -350,7 +374,7 @@ class MotionPaths:
         friction_w = (friction * delta).sum(axis=2) * s1
         copper_w = torque**2 @ drives.copper_w_per_joint_nm2
         bus_w = (torque * delta).sum(axis=2) * s1 + copper_w
-        return _Power(torque, friction_w, copper_w, bus_w)
+        return PathPowers(torque, friction_w, copper_w, bus_w)
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
         """Time series of one run at a fixed rate, plus the final instant."""
@@ -366,13 +390,5 @@ class MotionPaths:
             steps = int(np.floor(law.total_s * rate_hz * (1.0 - 1e-12)))
             time = np.append(np.arange(steps + 1) / rate_hz, law.total_s)
             state = law.at(time)
-        power = self._power(np.array([index]), state[0][None], state[1][None], state[2][None])
+        power = self.powers(np.array([index]), state[0][None], state[1][None], state[2][None])
         return MotionSamples(time, *state, power.torque_nm[0], mains_power_w(self.robot.drives, power.bus_w)[0])
-
-
-@dataclass(frozen=True)
-class _Power:
-    torque_nm: Array
-    friction_w: Array
-    copper_w: Array
-    bus_w: Array
