@@ -144,7 +144,9 @@ def _explain(error: ValidationError, data: Any, source: str | Path) -> InputErro
     key = ".".join(str(part) for part in parts) or None
     context = details.get("ctx", {})
     allowed: str | None = None
-    if kind == "extra_forbidden":
+    if kind == "degrees":
+        problem, key = details["msg"], ".".join(str(part) for part in (*parts, context["key"]))
+    elif kind == "extra_forbidden":
         problem, allowed = "unknown key", ", ".join(_keys(model))
     elif kind == "missing":
         problem = "this key is missing"

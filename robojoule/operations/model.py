@@ -64,7 +64,7 @@ def _from_degrees(data: Any, stem: str) -> Any:
         return data
     values = data[degrees]
     if not isinstance(values, (list, tuple)) or not values or not all(_is_finite_number(value) for value in values):
-        raise ValueError(f"{degrees} must be a list of finite numbers")
+        raise PydanticCustomError("degrees", "this must be a list of finite numbers", {"key": degrees})
     rest = {key: value for key, value in data.items() if key != degrees}
     return {**rest, radians: [math.radians(value) for value in values]}
 
