@@ -4,7 +4,7 @@
 CREATE OR REPLACE MACRO chebyshev(coefficients, s) AS
     list_dot_product(
         coefficients,
-        list_transform(range(len(coefficients)), k -> cos(k * acos(greatest(-1.0, least(1.0, 2.0 * s - 1.0)))))
+        list_transform(range(len(coefficients)), lambda k: cos(k * acos(greatest(-1.0, least(1.0, 2.0 * s - 1.0)))))
     );
 
 CREATE OR REPLACE MACRO path_torque(m, c, g, coulomb, viscous, s, s1, s2) AS

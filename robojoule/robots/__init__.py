@@ -10,6 +10,7 @@ from robojoule.documents import load
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
+    from robojoule.robots.model_file import RobotFile
     from robojoule.robots.robot import Payload, Robot
 
 
@@ -22,6 +23,22 @@ def robot_names() -> list[str]:
     return sorted(path.stem for path in _catalog().glob("*.json"))
 
 
+def load_robot_file(name: str | Path) -> RobotFile:
+    """Load a robot file by its catalog name or path (YAML or JSON).
+
+    Raises:
+        InputError: Unknown name, or a bad robot file.
+    """
+    from robojoule.robots.model_file import RobotFile  # late: listing names needs no models
+
+    path = Path(name)
+    if path.suffix.lower() in (".json", ".yaml", ".yml"):
+        return load(RobotFile, path)
+    if str(name) not in robot_names():
+        raise InputError(f"unknown robot '{name}'", allowed=f"{', '.join(robot_names())}, or the path of a robot file")
+    return load(RobotFile, _catalog() / f"{name}.json")
+
+
 def load_robot(name: str | Path, payload: Payload | None = None) -> Robot:
     """Load a robot from the catalog or from a robot file (YAML or JSON).
 
@@ -32,12 +49,6 @@ def load_robot(name: str | Path, payload: Payload | None = None) -> Robot:
     Raises:
         InputError: Unknown name, or a bad robot file.
     """
-    from robojoule.robots.model_file import RobotFile  # late: listing names needs neither models nor Pinocchio
-    from robojoule.robots.robot import Robot
+    from robojoule.robots.robot import Robot  # late: brings Pinocchio
 
-    path = Path(name)
-    if path.suffix.lower() not in (".json", ".yaml", ".yml"):
-        path = _catalog() / f"{name}.json"
-        if str(name) not in robot_names():
-            raise InputError(f"unknown robot '{name}'", allowed=f"{', '.join(robot_names())}, or a robot file")
-    return Robot(load(RobotFile, path), payload)
+    return Robot(load_robot_file(name), payload)

@@ -1,0 +1,5 @@
+"""`python -m robojoule.cli`."""
+
+from robojoule.cli import main
+
+raise SystemExit(main())
