@@ -1,0 +1,1 @@
+"""Prefect flows: scheduling, retries and artifacts around the DVC stages."""

@@ -1,0 +1,247 @@
+"""The pipeline as a Prefect flow.
+
+DVC decides what is out of date and keeps the results; Prefect brings schedule, retries, timeouts and artifacts; MLflow
+keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is a
+task that ends at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+from prefect import flow, get_run_logger, task
+from prefect.artifacts import (
+    create_markdown_artifact,
+    create_progress_artifact,
+    create_table_artifact,
+    update_progress_artifact,
+)
+from prefect.cache_policies import NO_CACHE
+
+from stages.layout import Layout
+
+STAGE_TIMEOUT_S = 1800.0
+DATA_HASH_TAG = "data_hash"
+MLFLOW_UI = "http://127.0.0.1:5000"
+
+
+class StageFailed(RuntimeError):
+    """A stage ended with an error.
+
+    Args:
+        stage: Name of the stage.
+        bad_input: Whether the stage refused its input; then a second try would end alike.
+        output: Last lines that it printed.
+    """
+
+    def __init__(self, stage: str, bad_input: bool, output: list[str]) -> None:
+        self.stage = stage
+        self.bad_input = bad_input
+        self.output = output
+        super().__init__(f"stage '{stage}' failed: " + " | ".join(output[-6:]))
+
+
+def stage_names(root: Path) -> list[str]:
+    """Names of the stages in the order of `dvc.yaml`."""
+    names = list(yaml.safe_load((root / "dvc.yaml").read_text(encoding="utf-8"))["stages"])
+    return [str(name) for name in names]
+
+
+def _output_lines(process: subprocess.Popen[str]) -> Iterator[str]:
+    """Yield the lines of a process as they come.
+
+    Reading goes through a queue with a timeout, as an exception that Prefect raises in this thread (timeout,
+    cancellation) is seen between two Python steps only, never inside a blocked read.
+    """
+    lines: queue.Queue[str | None] = queue.Queue()
+
+    def read() -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            lines.put(line.rstrip())
+        lines.put(None)
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        try:
+            line = lines.get(timeout=0.5)
+        except queue.Empty:
+            continue
+        if line is None:
+            return
+        if line:
+            yield line
+
+
+def _worth_a_retry(_task: Any, _run: Any, state: Any) -> bool:
+    """Retry after a fault of the machine, never after bad input."""
+    error = state.result(raise_on_failure=False)
+    return not (isinstance(error, StageFailed) and error.bad_input)
+
+
+@task(
+    retries=1,
+    retry_delay_seconds=5,
+    retry_condition_fn=_worth_a_retry,
+    timeout_seconds=STAGE_TIMEOUT_S,
+    cache_policy=NO_CACHE,
+    persist_result=False,
+)
+def reproduce_stage(stage: str, root: Path, force: bool = False) -> str:
+    """Bring one stage up to date with `dvc repro --single-item`.
+
+    Args:
+        stage: Name of the stage.
+        root: Folder of `dvc.yaml`.
+        force: Run it even if nothing changed.
+
+    Returns:
+        "ran" or "unchanged".
+
+    Raises:
+        StageFailed: The stage or DVC ended with an error.
+    """
+    logger = get_run_logger()
+    # The stage's command says `python`: that is the interpreter which runs this flow.
+    paths = [str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]
+    command = [sys.executable, "-m", "dvc", "repro", "--single-item", *(["--force"] if force else []), stage]
+    process = subprocess.Popen(
+        command,
+        cwd=root,
+        env={**os.environ, "PATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        start_new_session=True,
+    )
+    output: list[str] = []
+    try:
+        for line in _output_lines(process):
+            output.append(line)
+            logger.info(line)
+        code = process.wait()
+    finally:
+        # After a timeout or a cancellation neither DVC nor the stage below it may live on.
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    if code != 0:
+        raise StageFailed(stage, bad_input=any("exited with 2" in line for line in output), output=output)
+    return "ran" if any(line.startswith("Running stage") for line in output) else "unchanged"
+
+
+@task(cache_policy=NO_CACHE, persist_result=False)
+def publish_table(root: Path) -> int:
+    """Show Table 6.1 as an artifact.
+
+    Returns:
+        Number of rows.
+    """
+    with (Layout(root).tables_dir / "table_6_1.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    create_table_artifact(
+        key="table-6-1", table=rows, description="Table 6.1: energy saved at equal cycle time (Eq. 6.1), 30 trees"
+    )
+    return len(rows)
+
+
+def training_data_hash(root: Path) -> str:
+    """MD5 of the features that the predictors were trained on, as `dvc.lock` records it."""
+    lock = yaml.safe_load((root / "dvc.lock").read_text(encoding="utf-8"))
+    features = Layout().features.as_posix()
+    return next(str(dep["md5"]) for dep in lock["stages"]["train_predictors"]["deps"] if dep["path"] == features)
+
+
+@task(cache_policy=NO_CACHE, persist_result=False)
+def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
+    """Link the MLflow runs that were trained on this data, though the training may lie long back.
+
+    Args:
+        root: Folder of `dvc.yaml`.
+        mlflow_ui: Address at which `mlflow ui` will listen.
+
+    Returns:
+        Ids of the runs, newest first.
+    """
+    data_hash = training_data_hash(root)
+    runs: list[Any] = []
+    if (root / "mlflow.db").exists():  # a look must not create an empty store
+        from mlflow import MlflowClient  # about 10 s to import: only where runs are looked up
+
+        client = MlflowClient(tracking_uri=Layout(root.resolve()).mlflow_uri)
+        experiments = [experiment.experiment_id for experiment in client.search_experiments()]
+        runs = client.search_runs(experiments, f"tags.{DATA_HASH_TAG} = '{data_hash}'", order_by=["start_time DESC"])
+    lines = [
+        f"- [{run.info.run_name}]({mlflow_ui}/#/experiments/{run.info.experiment_id}/runs/{run.info.run_id})"
+        for run in runs
+    ] or ["None in this folder's store: the predictors came out of DVC's cache."]
+    text = "\n".join(
+        [f"Training runs on data `{data_hash}`:", "", *lines, "", "Open the store with `mlflow ui` in this folder."]
+    )
+    create_markdown_artifact(key="training-runs", markdown=text, description="MLflow runs of the predictors in use")
+    return [str(run.info.run_id) for run in runs]
+
+
+@flow(name="pipeline", persist_result=False, validate_parameters=True)
+def pipeline(
+    root: Path = Path(),
+    force: bool = False,
+    stage_timeout_s: float = STAGE_TIMEOUT_S,
+    mlflow_ui: str = MLFLOW_UI,
+) -> dict[str, str]:
+    """Bring all stages up to date and publish progress, Table 6.1 and the training runs.
+
+    Args:
+        root: Folder of `dvc.yaml`.
+        force: Run every stage even if nothing changed.
+        stage_timeout_s: Longest time of one stage. [s]
+        mlflow_ui: Address at which `mlflow ui` will listen, for the links.
+
+    Returns:
+        Stage -> "ran" or "unchanged".
+
+    Raises:
+        StageFailed: A stage ended with an error, also on its second try.
+    """
+    names = stage_names(root)
+    progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(names)} stages")
+    outcome: dict[str, str] = {}
+    for done, name in enumerate(names, start=1):
+        outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(name, root, force)
+        update_progress_artifact(
+            progress,
+            progress=100.0 * done / len(names),
+            description=f"{done} of {len(names)} stages: {name} {outcome[name]}",
+        )
+    publish_table(root)
+    publish_training_runs(root, mlflow_ui)
+    return outcome
+
+
+def main() -> None:
+    """Run the flow once from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m flows.pipeline", description="The pipeline as a Prefect flow.")
+    parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
+    parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
+    arguments = parser.parse_args()
+    try:
+        pipeline(arguments.root, force=arguments.force)
+    except StageFailed as error:
+        raise SystemExit(f"flows.pipeline: {error}") from None
+
+
+if __name__ == "__main__":
+    main()
