@@ -64,8 +64,9 @@ class ForestParams(Document):
 
 
 class NeuralNetworkParams(Document):
-    """Multi-layer perceptron regressor."""
+    """Mean of multi-layer perceptrons that differ in their initial weights."""
 
+    networks: int = Field(ge=1, le=100)
     hidden_layers: list[Annotated[int, Field(ge=1)]] = Field(min_length=1)
     alpha: float = Field(ge=0)
     learning_rate: float = Field(gt=0)
