@@ -41,9 +41,9 @@ class PhaseQuadrature:
 
     def positive_part(self, values: Array) -> Array:
         """Integral of max(values, 0) over the unit interval, shape (..., N) -> (...)."""
-        total = self.integral(values)
-        result = np.maximum(total, 0.0)
         flat = values.reshape(-1, values.shape[-1])
+        total = self.integral(flat)
+        result = np.maximum(total, 0.0)
         ends = flat @ self.cell_ends
         mixed = np.flatnonzero((ends.min(axis=1) < 0.0) & (ends.max(axis=1) > 0.0))
         if mixed.size:
@@ -52,8 +52,8 @@ class PhaseQuadrature:
             crossing = left * right < 0.0
             spread = np.where(crossing, np.abs(left) + np.abs(right), 1.0)
             magnitude = np.where(crossing, (left**2 + right**2) / (2.0 * CELLS * spread), magnitude)
-            result.reshape(-1)[mixed] = (total.reshape(-1)[mixed] + magnitude.sum(axis=1)) / 2.0
-        return np.asarray(result)
+            result[mixed] = (total[mixed] + magnitude.sum(axis=1)) / 2.0
+        return np.asarray(result.reshape(values.shape[:-1]))
 
 
 @lru_cache(maxsize=32)

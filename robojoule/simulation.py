@@ -4,12 +4,13 @@ The controller's rule: the speed limit p in (0, 1] scales the joint velocity lim
 v(p) = p min_j(v_max,j / |dq_j|). The path acceleration a(v) is the largest constant that keeps every joint torque
 within `torque_use` of its effort limit at every path node, at standstill and at v (but `torque_floor` of the effort
 limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a faster peak need not give a
-shorter motion: the controller takes the peak velocity up to v(p) with the shortest duration. Speed limits above it
-give the same run.
+shorter motion: the controller raises the peak velocity towards v(p) as long as that shortens the motion. Speed limits
+above give the same run.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -27,6 +28,8 @@ Index = NDArray[np.intp]
 
 DURATION_TOLERANCE_S = 1e-9
 _INTEGRALS = ("bus", "drawn", "friction", "copper")
+_SEARCH_GRID = np.linspace(0.05, 1.0, 39)
+_BISECTIONS = 60
 _CHUNK = 64  # motions evaluated at once: keeps the work arrays in the processor's cache
 
 
@@ -142,56 +145,76 @@ class MotionPaths:
 
     def _acceleration(self, velocity: Array, rows: Index) -> Array:
         """Path acceleration that the drives allow at peak velocities, shapes (M', ...) -> (M', ...). [1/s2]"""
+        columns = velocity.reshape(len(velocity), -1).T
+        return np.stack([self._acceleration_and_slope(v, rows)[0] for v in columns], axis=-1).reshape(velocity.shape)
+
+    def _acceleration_and_slope(self, velocity: Array, rows: Index) -> tuple[Array, Array]:
+        """Allowed path acceleration [1/s2] and its derivative after the peak velocity [1/s], shapes (M',)."""
         drives, effort = self.robot.drives, self.robot.effort_nm
         inertia = np.abs(self._inertia[rows])
-        velocity_torque, gravity = self.torques.at_nodes[1][rows], self.torques.at_nodes[2][rows]
-        coulomb, viscous = self._coulomb_nm[rows][:, None, :], self._viscous_nm_s[rows][:, None, :]
-        standstill = np.abs(gravity + coulomb)
-        result = np.empty_like(velocity)
-        flat, values = result.reshape(len(velocity), -1), velocity.reshape(len(velocity), -1)
-        for column in range(flat.shape[1]):
-            v = values[:, column][:, None, None]
-            bias = np.maximum(standstill, np.abs(velocity_torque * v**2 + gravity + coulomb + viscous * v))
-            left = np.maximum(drives.torque_use * effort - bias, drives.torque_floor * effort)
-            with np.errstate(divide="ignore"):
-                flat[:, column] = np.min(left / inertia, axis=(1, 2))
-        return result
+        centrifugal, gravity = self.torques.at_nodes[1][rows], self.torques.at_nodes[2][rows]
+        viscous = self._viscous_nm_s[rows][:, None, :]
+        standing = gravity + self._coulomb_nm[rows][:, None, :]
+        v = velocity[:, None, None]
+        moving = standing + viscous * v + centrifugal * v**2
+        left = drives.torque_use * effort - np.maximum(np.abs(standing), np.abs(moving))
+        floor = drives.torque_floor * effort
+        with np.errstate(divide="ignore"):  # a joint that does not move sets no limit
+            ratio = (np.maximum(left, floor) / inertia).reshape(len(v), -1)
+        tightest = ratio.argmin(axis=1)[:, None]
+
+        def there(values: Array) -> Array:
+            return np.asarray(np.take_along_axis(values.reshape(len(v), -1), tightest, axis=1)[:, 0])
+
+        falls = there((left > floor) & (np.abs(moving) > np.abs(standing)))
+        slope = -there(np.sign(moving) * (2.0 * centrifugal * v + viscous)) / there(inertia)
+        return np.asarray(there(ratio)), np.where(falls, slope, 0.0)
 
     @cached_property
     def fastest_velocity(self) -> Array:
-        """Peak path velocity with the shortest duration at full speed, shape (M,); 0 if it has no length. [1/s]"""
+        """Peak path velocity at full speed, shape (M,); 0 for motions of zero length. [1/s]
+
+        The controller raises the peak velocity towards the limit as long as that shortens the motion.
+        """
         fastest = np.zeros(self.motions)
         rows = np.flatnonzero(self.moving)
         if rows.size == 0:
             return fastest
-        filter_s = self.robot.drives.filter_time_s
-        high = self.full_velocity[rows]
-        low = np.zeros_like(high)
-
-        def reachable(v: Array) -> NDArray[np.bool_]:
-            return np.asarray(reachable_velocity(self._acceleration(v, rows), filter_s) >= v, dtype=np.bool_)
-
-        limited = ~reachable(high)  # full velocity cannot be reached: bisect the largest that can
-        for _ in range(60):
-            middle = np.where(limited, (low + high) / 2.0, high)
-            inside = reachable(middle)
-            low = np.where(limited & inside, middle, low)
-            high = np.where(limited & ~inside, middle, high)
-        top = np.where(limited, low, high)
-        grid = np.linspace(0.05, 1.0, 39)
-        durations = self._duration_at(top[:, None] * grid, rows)
-        best = np.argmin(durations, axis=1)
-        a = top * grid[np.maximum(best - 1, 0)]
-        b = top * grid[np.minimum(best + 1, len(grid) - 1)]
-        for _ in range(60):  # golden section between the neighbours of the best grid point
-            x, y = b - 0.618033988749895 * (b - a), a + 0.618033988749895 * (b - a)
-            right = self._duration_at(x, rows) > self._duration_at(y, rows)
-            a, b = np.where(right, x, a), np.where(right, b, y)
-        refined = (a + b) / 2.0
-        at_top = best == len(grid) - 1
-        at_top &= self._duration_at(top, rows) <= self._duration_at(refined, rows)
-        fastest[rows] = np.where(at_top, top, refined)
+        # Above `top` the peak is not reached on the path, so that it shortens nothing.
+        top = self._bisect(lambda v: ~self._reachable(v, rows), np.zeros(len(rows)), self.full_velocity[rows])
+        low, high = np.zeros_like(top), top.copy()
+        open_rows = np.ones(len(rows), dtype=bool)
+        for share in _SEARCH_GRID:  # the first stretch of the grid behind which the duration rises again
+            v = share * top
+            rises = self._duration_slope(v, rows) > 0.0
+            low = np.where(open_rows & ~rises, v, low)
+            high = np.where(open_rows & rises, v, high)
+            open_rows &= ~rises
+        fastest[rows] = self._bisect(lambda v: self._duration_slope(v, rows) > 0.0, low, high)
         return fastest
+
+    @staticmethod
+    def _bisect(beyond: Callable[[Array], NDArray[np.bool_]], low: Array, high: Array) -> Array:
+        """Largest values from which `beyond` is false; `high` itself where it is false there."""
+        result = np.where(beyond(high), low, high)
+        low, high = result.copy(), high.copy()
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2.0
+            outside = beyond(middle)
+            low, high = np.where(outside, low, middle), np.where(outside, middle, high)
+        return low
+
+    def _reachable(self, velocity: Array, rows: Index) -> NDArray[np.bool_]:
+        acceleration = self._acceleration(velocity, rows)
+        return np.asarray(reachable_velocity(acceleration, self.robot.drives.filter_time_s) >= velocity, dtype=np.bool_)
+
+    def _duration_slope(self, velocity: Array, rows: Index) -> Array:
+        """Derivative of the duration 1/v + T_a(v) after the peak velocity, shapes (M',). [s2]"""
+        filter_s = self.robot.drives.filter_time_s
+        a, slope = self._acceleration_and_slope(velocity, rows)
+        with_plateau = 1.0 / a - velocity * slope / a**2
+        without = np.sqrt(filter_s / (velocity * a)) - np.sqrt(velocity * filter_s / a**3) * slope
+        return np.where(velocity >= a * filter_s, with_plateau, without) - 1.0 / velocity**2
 
     def _duration_at(self, velocity: Array, rows: Index) -> Array:
         filter_s = self.robot.drives.filter_time_s
@@ -383,12 +406,13 @@ class MotionPaths:
 
     def sample_at(self, index: int, peak_velocity: float, rate_hz: float) -> MotionSamples:
         """Time series of one run at a peak path velocity [1/s]; one instant for a motion of zero length."""
-        if peak_velocity <= 0.0:
-            time, state = np.zeros(1), (np.zeros(1),) * 4
-        else:
-            law = self.law(index, peak_velocity)
-            steps = int(np.floor(law.total_s * rate_hz * (1.0 - 1e-12)))
-            time = np.append(np.arange(steps + 1) / rate_hz, law.total_s)
-            state = law.at(time)
+        if peak_velocity <= 0.0:  # no length: the robot stands
+            still = np.zeros(1)
+            torque = self.torques.at_nodes[2][index, :1]
+            return MotionSamples(still, still, still, still, still, torque, self.idle_power_start_w[index : index + 1])
+        law = self.law(index, peak_velocity)
+        steps = int(np.floor(law.total_s * rate_hz * (1.0 - 1e-12)))
+        time = np.append(np.arange(steps + 1) / rate_hz, law.total_s)
+        state = law.at(time)
         power = self.powers(np.array([index]), state[0][None], state[1][None], state[2][None])
         return MotionSamples(time, *state, power.torque_nm[0], mains_power_w(self.robot.drives, power.bus_w)[0])

@@ -20,6 +20,7 @@ from ruckig import InputParameter, Result, Ruckig, Trajectory
 from robojoule.drive import Array
 from robojoule.errors import RobojouleError
 
+ROUNDING = 1e-9  # a peak velocity counts as reached when the path is too short by less than this share
 PHASES = 7  # jerk up, constant acceleration, jerk down, cruise, and the mirror image
 
 
@@ -130,7 +131,7 @@ def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time
     """
     v = np.asarray(velocity, dtype=float)
     ramp = ramp_time_s(v, acceleration, filter_time_s)
-    return np.where(v * ramp <= 1.0, 1.0 / v + ramp, np.inf)
+    return np.where(v * ramp <= 1.0 + ROUNDING, 1.0 / v + ramp, np.inf)
 
 
 def reachable_velocity(acceleration: ArrayLike, filter_time_s: float) -> Array:

@@ -17,6 +17,7 @@ from robojoule.config import Params, RobotParams
 from robojoule.dataset import MotionTable, motions_of_trees, motions_table, paths_table, runs_table, write_samples
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
+from robojoule.reference.figures import energy_model_figures
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 from robojoule.simulation import MotionPaths
@@ -73,33 +74,22 @@ def _simulate_shard(
 
 
 def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dict[str, float]:
-    """Headline figures of the energy model, over the experiment trees where the thesis gives them so."""
-    home = MotionPaths(robot, robot.home_rad, robot.home_rad)
+    """Headline figures of the energy model, power at full speed over the experiment trees as in the thesis."""
     speeds = len(runs) // len(motions)
-    energy = runs["energy_j"].to_numpy().reshape(-1, speeds)
-    duration = runs["duration_s"].to_numpy().reshape(-1, speeds)
-    experiment = np.array(motions["split"].to_pylist()) == "experiment"
-    trees = np.array(motions["tree_id"].to_pylist())[experiment]
-    full_energy, full_duration = energy[experiment, -1], duration[experiment, -1]
-    power = np.array(
-        [full_energy[trees == tree].sum() / full_duration[trees == tree].sum() for tree in np.unique(trees)]
-    )
-    best = energy.argmin(axis=1)
-    inside = (best > 0) & (duration[np.arange(len(best)), best] > duration[:, -1])
-    rows = np.flatnonzero((best > 0) & (duration[:, 0] > 0))
-    chord = (energy[rows, 0] - energy[rows, best[rows]]) / (duration[rows, 0] - duration[rows, best[rows]])
-    idle_home = float(home.idle_power_start_w[0])
-    return {
-        "idle_power_home_w": round(idle_home, 6),
-        "idle_power_min_w": round(float(motions["idle_power_end_w"].to_numpy().min()), 6),
-        "idle_power_max_w": round(float(motions["idle_power_end_w"].to_numpy().max()), 6),
-        "mean_power_full_speed_w": round(float(power.mean()), 6),
-        "min_tree_power_full_speed_w": round(float(power.min()), 6),
-        "max_tree_power_full_speed_w": round(float(power.max()), 6),
-        "duration_ratio_slowest_to_fastest": round(float(np.median(duration[rows, 0] / duration[rows, -1])), 6),
-        "optimum_inside_percent": round(100.0 * float(inside.mean()), 6),
-        "rising_slope_over_idle": round(float(np.median(chord)) / idle_home, 6),
+    duration, energy = (runs[name].to_numpy().reshape(-1, speeds) for name in ("duration_s", "energy_j"))
+    experiment = np.flatnonzero(np.array(motions["split"].to_pylist()) == "experiment")
+    tree = np.unique(motions["tree_id"].to_pylist(), return_inverse=True)[1]
+    figures = energy_model_figures(duration, energy, tree, experiment)
+    idle_home = float(MotionPaths(robot, robot.home_rad, robot.home_rad).idle_power_start_w[0])
+    idle = motions["idle_power_end_w"].to_numpy()
+    figures |= {
+        "idle_power_home_w": idle_home,
+        "idle_power_min_w": float(idle.min()),
+        "idle_power_median_w": float(np.median(idle)),
+        "idle_power_max_w": float(idle.max()),
+        "rising_slope_over_idle": figures["rising_chord_w"] / idle_home,
     }
+    return {name: round(value, 6) for name, value in figures.items()}
 
 
 def main() -> None:

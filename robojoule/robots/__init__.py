@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from robojoule.robots.robot import Payload, Robot
 
 
+def catalog_path(name: str) -> Path:
+    """File of a catalog entry, whether it exists or not."""
+    return _catalog() / f"{name}.json"
+
+
 def _catalog() -> Path:
     return Path(str(resources.files("robojoule.robots") / "catalog"))
 
@@ -36,7 +41,7 @@ def load_robot_file(name: str | Path) -> RobotFile:
         return load(RobotFile, path)
     if str(name) not in robot_names():
         raise InputError(f"unknown robot '{name}'", allowed=f"{', '.join(robot_names())}, or the path of a robot file")
-    return load(RobotFile, _catalog() / f"{name}.json")
+    return load(RobotFile, catalog_path(str(name)))
 
 
 def load_robot(name: str | Path, payload: Payload | None = None) -> Robot:

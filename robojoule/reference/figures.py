@@ -1,0 +1,68 @@
+"""Figures by which an energy model is held against the thesis: power level, shape of the profiles, example motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robojoule.drive import Array
+from robojoule.simulation import Index
+
+EXAMPLE_MOTION = np.array([[0.63, 1340.0], [0.94, 1144.0], [3.76, 2800.0]])
+"""Thesis section 4.3: duration [s] and energy [J] at full speed, at the optimum and at 10 %."""
+
+
+def energy_model_figures(
+    duration_s: Array, energy_j: Array, tree: Index, experiment: Index | slice = slice(None)
+) -> dict[str, float]:
+    """Figures of a set of runs.
+
+    Args:
+        duration_s: Durations by motion and rising speed limit, shape (M, S). [s]
+        energy_j: Energies, shape (M, S). [J]
+        tree: Tree of each motion, shape (M,).
+        experiment: Motions over whose trees the power at full speed is taken.
+
+    Returns:
+        Mean, least and largest tree power at full speed [W]; medians over the motions of the duration ratio
+        (slowest over fastest) and of the R2 of a straight line through the rising part; the share of optima inside [%];
+        the median chord from the optimum to the slowest run [W]; the deviation of the motion nearest to the thesis's
+        example (largest relative difference over its three durations and energies) [-].
+    """
+    full_duration, full_energy, trees = duration_s[experiment, -1], energy_j[experiment, -1], tree[experiment]
+    powers = np.array([full_energy[trees == t].sum() / full_duration[trees == t].sum() for t in np.unique(trees)])
+    rows = np.flatnonzero(duration_s[:, -1] > 0)
+    duration, energy = duration_s[rows], energy_j[rows]
+    best = energy.argmin(axis=1)
+    number = np.arange(len(rows))
+    optimum_s, optimum_j = duration[number, best], energy[number, best]
+    inside = (best > 0) & (optimum_s > duration[:, -1] + 1e-9)
+    rising = np.flatnonzero(best > 0)
+    chord = (energy[rising, 0] - optimum_j[rising]) / (duration[rising, 0] - optimum_s[rising])
+    shape = (
+        np.stack([duration[:, -1], energy[:, -1], optimum_s, optimum_j, duration[:, 0], energy[:, 0]], axis=1)
+        / EXAMPLE_MOTION.ravel()
+    )
+    return {
+        "mean_power_full_speed_w": float(powers.mean()),
+        "min_tree_power_full_speed_w": float(powers.min()),
+        "max_tree_power_full_speed_w": float(powers.max()),
+        "duration_ratio_slowest_to_fastest": float(np.median(duration[:, 0] / duration[:, -1])),
+        "optimum_inside_percent": 100.0 * float(inside.mean()),
+        "rising_linear_r2": rising_linear_r2(duration, energy),
+        "rising_chord_w": float(np.median(chord)),
+        "example_motion_deviation": float(np.abs(shape - 1.0).max(axis=1).min()),
+    }
+
+
+def rising_linear_r2(duration_s: Array, energy_j: Array) -> float:
+    """Median R2 of a line through each profile from one measured point after the optimum to the slowest run."""
+    best = energy_j.argmin(axis=1)
+    values = []
+    for last in range(3, duration_s.shape[1]):  # three points at least: two always lie on a line
+        rows = np.flatnonzero(best == last)
+        if rows.size == 0:
+            continue
+        x = duration_s[rows, :last] - duration_s[rows, :last].mean(axis=1, keepdims=True)
+        y = energy_j[rows, :last] - energy_j[rows, :last].mean(axis=1, keepdims=True)
+        values.append((x * y).sum(axis=1) ** 2 / ((x**2).sum(axis=1) * (y**2).sum(axis=1)))
+    return float(np.median(np.concatenate(values))) if values else float("nan")
