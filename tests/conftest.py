@@ -1,0 +1,173 @@
+"""Fixtures of the whole suite: a toy copy of the project, reproduced once, and a Prefect server, started once."""
+
+import contextlib
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# Before anything imports Prefect or MLflow: nothing of the user's settings is read or written, nothing is looked up.
+_PREFECT_HOME = tempfile.mkdtemp(prefix="prefect-home-")
+os.environ.update(
+    PREFECT_HOME=_PREFECT_HOME,
+    PREFECT_SERVER_ANALYTICS_ENABLED="false",
+    PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW="ignore",
+    MLFLOW_DISABLE_TELEMETRY="true",
+    PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
+)
+
+TOY_PARAMS = {
+    "generate_trees": {"trees": 6, "test_fraction": 0.34, "experiment_trees": 3, "points": 2, "budget_rad": [1.0, 3.0]},
+    "simulate_motions": {"speed_limits_percent": [10, 25, 40, 55, 70, 85, 100], "shard_motions": 20},
+    "train_predictors": {"random_forest": {"n_estimators": 8}, "neural_network": {"max_epochs": 30}},
+    "evaluate_plans": {
+        "relaxations_percent": [110, 150],
+        "dense_speed_limits": 90,
+        "payload_sensitivity_kg": [10],
+    },
+}
+
+
+def pytest_unconfigure() -> None:
+    shutil.rmtree(_PREFECT_HOME, ignore_errors=True)
+
+
+def merge(base: dict, changes: dict) -> dict:
+    """`base` with the leaves of `changes` in place."""
+    result = dict(base)
+    for key, value in changes.items():
+        result[key] = merge(base[key], value) if isinstance(value, dict) else value
+    return result
+
+
+def run(*command: str, cwd: Path, code: int | None = 0) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end; its output is part of the failure if it does not end with `code`."""
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    assert code is None or done.returncode == code, f"{command}: exit {done.returncode}\n{done.stdout}{done.stderr}"
+    return done
+
+
+@pytest.fixture(scope="session")
+def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the project in a Git repository of its own, with parameters for a few trees; the name has a space."""
+    folder = tmp_path_factory.mktemp("toy") / "robo joule"
+    folder.mkdir()
+    for name in ("robojoule", "stages", "flows"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in (".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "data/.gitignore", "reports/.gitignore"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    for name in ("dvc.yaml", "prefect.yaml", "pyproject.toml"):
+        shutil.copy(ROOT / name, folder / name)
+    params = merge(yaml.safe_load((ROOT / "params.yaml").read_text(encoding="utf-8")), TOY_PARAMS)
+    (folder / "params.yaml").write_text(yaml.safe_dump(params, sort_keys=False), encoding="utf-8")
+    run("git", "init", "-q", cwd=folder)
+    run("git", "add", "-A", cwd=folder)
+    run("git", "-c", "user.name=toy", "-c", "user.email=toy@example.org", "commit", "-qm", "Toy", cwd=folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def reproduced(toy_project: Path) -> Path:
+    """The toy project after `dvc repro`."""
+    run("dvc", "repro", cwd=toy_project)
+    return toy_project
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def wait_for(what: str, ready: Callable[[], bool], seconds: float) -> None:
+    """Poll until `ready` is true."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if ready():
+            return
+        time.sleep(0.25)
+    raise AssertionError(f"{what}: not within {seconds:g} s")
+
+
+def answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(url, timeout=5) as reply:
+            return reply.status == 200
+    except (urllib.error.URLError, OSError):
+        return False
+
+
+class Background:
+    """Processes that run beside a test; stopped in reverse order, each with everything it started."""
+
+    def __init__(self) -> None:
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def start(self, command: str, cwd: Path, log: Path) -> subprocess.Popen[bytes]:
+        with log.open("wb") as out:
+            process = subprocess.Popen(
+                ["bash", "-c", f"exec {command}"], cwd=cwd, stdout=out, stderr=out, start_new_session=True
+            )
+        self._processes.append(process)
+        return process
+
+    def stop(self) -> None:
+        for process in reversed(self._processes):
+            if process.poll() is None:
+                process.send_signal(signal.SIGTERM)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(timeout=5)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@pytest.fixture
+def background() -> Iterator[Background]:
+    processes = Background()
+    yield processes
+    processes.stop()
+
+
+def _drain_prefect() -> None:
+    """Send what Prefect's background workers still hold, else they try for a minute to reach the stopped server."""
+    from prefect.events.worker import EventsWorker
+    from prefect.logging.handlers import APILogWorker
+
+    APILogWorker.instance().drain()
+    EventsWorker.drain_all()
+
+
+@pytest.fixture(scope="session")
+def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a Prefect server on the loopback interface, in use by this process and those that it starts."""
+    from prefect.settings import PREFECT_API_URL, temporary_settings
+
+    folder = tmp_path_factory.mktemp("prefect-server")
+    port = free_port()
+    url = f"http://127.0.0.1:{port}/api"
+    processes = Background()
+    os.environ["PREFECT_API_URL"] = url
+    processes.start(f"prefect server start --host 127.0.0.1 --port {port}", folder, folder / "server.log")
+    try:
+        wait_for("Prefect server", lambda: answers(f"{url}/health"), 180)
+        with temporary_settings({PREFECT_API_URL: url}):
+            yield url
+            _drain_prefect()
+    finally:
+        del os.environ["PREFECT_API_URL"]
+        processes.stop()

@@ -1,0 +1,100 @@
+"""The flow's own behaviour, on a DVC project of three shell stages: outcomes, artifacts, retries, timeout."""
+
+import json
+import time
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names, training_data_hash
+from tests.conftest import wait_for
+
+STAGES: dict[str, dict[str, Any]] = {
+    "build_features": {
+        "cmd": "mkdir -p data && echo features > data/features.parquet",
+        "outs": ["data/features.parquet"],
+    },
+    "train_predictors": {
+        "cmd": "echo model > data/model",
+        "deps": ["data/features.parquet"],
+        "outs": ["data/model"],
+    },
+    "evaluate_plans": {
+        "cmd": "mkdir -p reports/tables && "
+        "printf 'relaxation_percent,method,saving_percent\\n110,optimum,12.5\\n' > reports/tables/table_6_1.csv",
+        "deps": ["data/model"],
+        "outs": ["reports/tables/table_6_1.csv"],
+    },
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    folder = tmp_path / "shell stages"
+    folder.mkdir()
+    (folder / ".dvc").mkdir()
+    (folder / ".dvc/config").write_text("[core]\n    no_scm = true\n    analytics = false\n", encoding="utf-8")
+    return with_first_command(folder, STAGES["build_features"]["cmd"])
+
+
+def with_first_command(project: Path, command: str) -> Path:
+    """The project with another command in its first stage."""
+    stages = {**STAGES, "build_features": {**STAGES["build_features"], "cmd": command}}
+    (project / "dvc.yaml").write_text(yaml.safe_dump({"stages": stages}, sort_keys=False), encoding="utf-8")
+    return project
+
+
+def post(api: str, path: str, body: dict[str, Any]) -> Any:
+    request = urllib.request.Request(
+        f"{api}/{path}", json.dumps(body).encode(), {"content-type": "application/json"}, method="POST"
+    )
+    with urllib.request.urlopen(request, timeout=30) as reply:
+        return json.load(reply)
+
+
+def artifacts(api: str, key: str) -> list[dict[str, Any]]:
+    """Artifacts of a key, newest first."""
+    return post(api, "artifacts/filter", {"artifacts": {"key": {"any_": [key]}}, "sort": "CREATED_DESC"})
+
+
+def test_stages_run_in_order_and_then_rest(project: Path, prefect_server: str):
+    names = ["build_features", "train_predictors", "evaluate_plans"]
+    assert stage_names(project) == names
+    assert pipeline(project) == dict.fromkeys(names, "ran")
+    assert pipeline(project) == dict.fromkeys(names, "unchanged")
+
+    assert artifacts(prefect_server, "stages")[0]["data"] == 100.0
+    (row,) = json.loads(artifacts(prefect_server, "table-6-1")[0]["data"])
+    assert row == {"relaxation_percent": "110", "method": "optimum", "saving_percent": "12.5"}
+    note = artifacts(prefect_server, "training-runs")[0]["data"]
+    assert training_data_hash(project) in note
+    assert not (project / "mlflow.db").exists()
+
+
+def test_a_failed_stage_is_tried_once_more(project: Path, prefect_server: str):
+    count = "echo try >> ../tries; test $(wc -l < ../tries) -ge 2 || exit 1; "
+    with_first_command(project, count + STAGES["build_features"]["cmd"])
+    assert reproduce_stage.with_options(retry_delay_seconds=0)("build_features", project) == "ran"
+    assert (project.parent / "tries").read_text().count("try") == 2
+
+
+def test_bad_input_is_not_tried_again(project: Path, prefect_server: str):
+    with_first_command(project, "echo try >> ../tries; echo 'params.yaml, seed: this key is missing' >&2; exit 2")
+    with pytest.raises(StageFailed, match="this key is missing") as caught:
+        pipeline(project)
+    assert caught.value.bad_input
+    assert (project.parent / "tries").read_text().count("try") == 1
+
+
+def test_a_timeout_ends_the_stage_with_all_its_processes(project: Path, prefect_server: str):
+    with_first_command(project, "echo $$ > ../pid; exec sleep 60")
+    timed = reproduce_stage.with_options(timeout_seconds=8, retries=0)
+    start = time.monotonic()
+    with pytest.raises(TimeoutError):
+        timed("build_features", project)
+    assert time.monotonic() - start < 30
+    pid = int((project.parent / "pid").read_text())
+    wait_for("end of the stage's process", lambda: not Path(f"/proc/{pid}").exists(), 10)
