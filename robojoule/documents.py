@@ -86,7 +86,9 @@ def parse(model: type[D], data: Any, source: str | Path) -> D:
 
 
 def _first_error(error: ValidationError, model: type[BaseModel], source: str | Path) -> InputError:
-    details = error.errors(include_url=False)[0]
+    found = error.errors(include_url=False)
+    # A misspelt key shows as an unknown one and a missing one: the unknown one points at the typing error.
+    details = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
     key = ".".join(str(part) for part in details["loc"]) or None
     if details["type"] == "extra_forbidden":
         names = _sibling_names(model, details["loc"][:-1])
@@ -143,6 +145,14 @@ def write_text(path: str | Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+class _FlatListDumper(yaml.SafeDumper):
+    """A YAML dumper that writes lists of plain values, such as joint positions, on one line."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> yaml.Node:
+        plain = all(isinstance(item, (int, float, str)) for item in sequence)
+        return super().represent_sequence(tag, sequence, flow_style=plain or flow_style)
+
+
 def write_document(path: str | Path, data: Any) -> None:
     """Write plain data as YAML or JSON (by suffix), atomically, keys in the given order.
 
@@ -155,4 +165,5 @@ def write_document(path: str | Path, data: Any) -> None:
     if suffix == ".json":
         write_text(path, json.dumps(data, indent=2, allow_nan=False) + "\n")
     else:
-        write_text(path, yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120))
+        text = yaml.dump(data, Dumper=_FlatListDumper, sort_keys=False, allow_unicode=True, width=120)
+        write_text(path, text)

@@ -19,6 +19,7 @@ import pinocchio as pin
 from robojoule.drive import Array
 from robojoule.robots.robot import Robot
 
+NODE_LADDER = (29, 65, 129, 257)  # few steps, so that a motion's figures hardly ever depend on its companions
 NODE_MARGIN = 17  # coefficients behind the highest frequency: the series then falls below rounding
 NODES_PER_RAD = 2.0
 
@@ -43,11 +44,10 @@ class PathTorques:
 
 
 def node_count(delta_rad: Array) -> int:
-    """Number of nodes that represents paths with these joint changes (M, n) to rounding; odd."""
-    if delta_rad.size == 0:
-        return NODE_MARGIN
-    travel = float(np.abs(delta_rad).sum(axis=1).max())
-    return int(2 * np.ceil((NODE_MARGIN + NODES_PER_RAD * travel - 1) / 2) + 1)
+    """Number of nodes that represents paths with these joint changes (M, n) to rounding."""
+    travel = float(np.abs(delta_rad).sum(axis=1).max()) if delta_rad.size else 0.0
+    needed = NODE_MARGIN + NODES_PER_RAD * travel
+    return next((count for count in NODE_LADDER if count >= needed), int(np.ceil(needed)))
 
 
 def chebyshev_nodes(count: int) -> Array:

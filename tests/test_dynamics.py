@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.core_cases import hard_paths, kr16, random_motions
 from robojoule.dynamics import chebyshev_basis, chebyshev_nodes, inverse_dynamics, node_count, path_torques
+from tests.core_cases import hard_paths, kr16, random_motions
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,8 @@ def test_nodes_and_basis():
         assert basis[:, k] == pytest.approx(np.cos(k * np.arccos(np.clip(2 * nodes - 1, -1, 1))), abs=1e-12)
 
 
-def test_node_count_grows_with_travel_and_is_odd():
-    counts = [node_count(np.full((1, 6), travel)) for travel in (0.0, 0.5, 2.0, 6.0)]
+def test_node_count_grows_with_travel():
+    counts = [node_count(np.full((1, 6), travel)) for travel in (0.0, 0.5, 2.0, 6.0, 50.0)]
     assert counts == sorted(counts)
-    assert all(count % 2 for count in counts)
-    assert node_count(np.zeros((0, 6))) >= 3
+    assert counts[-1] >= 600
+    assert node_count(np.zeros((0, 6))) == counts[0]

@@ -48,6 +48,6 @@ def joints_of(text: str, robot: Robot, where: str) -> Array:
         degrees = [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
-            f"'{text}' is not a list of joint positions", key=where, allowed="degrees, comma-separated"
+            f"'{text}' is no list of joint positions", key=where, allowed="degrees, comma-separated"
         ) from None
     return robot.check_configuration(np.radians(degrees), where)

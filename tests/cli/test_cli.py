@@ -1,0 +1,74 @@
+"""The command line: help, JSON, errors with exit code 2, nothing heavy before it is needed."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from robojoule.cli import COMMANDS, main
+
+MOVE = ["--robot", "kuka_kr16_r2010_2", "--from", "0,-90,90,0,0,0", "--to", "60,-60,90,0,30,0"]
+
+
+def test_profile_prints_one_json_object(capsys):
+    assert main(["profile", *MOVE, "--payload", "5", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["payload_kg"] == 5.0
+    assert len(result["duration_s"]) == len(result["energy_j"]) == len(result["speed_limit_percent"])
+    assert result["duration_s"] == sorted(result["duration_s"], reverse=True)
+    assert min(result["energy_j"]) == pytest.approx(
+        result["energy_j"][0] - (result["energy_j"][0] - min(result["energy_j"]))
+    )
+    assert result["optimal_duration_s"] in result["duration_s"]
+
+
+def test_profile_prints_a_table(capsys):
+    assert main(["profile", *MOVE]) == 0
+    assert "optimum" in capsys.readouterr().out
+
+
+def test_robots_lists_the_catalog(capsys):
+    assert main(["robots", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["robots"]
+    assert "kuka_kr16_r2010_2" in [row["name"] for row in rows]
+    assert main(["robots"]) == 0
+    assert "kuka_kr16_r2010_2" in capsys.readouterr().out
+
+
+BAD = {
+    "unknown robot": (["--robot", "kr17", *MOVE[2:]], "unknown robot 'kr17'"),
+    "joint count": ([*MOVE[:3], "0,0", *MOVE[4:]], "--from: 2 joint positions given"),
+    "beyond": ([*MOVE[:3], "0,90,0,0,0,0", *MOVE[4:]], "--from: joint_2 = 1.5708 rad"),
+    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is no list of joint positions"),
+    "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
+    "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
+    "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
+}
+
+
+@pytest.mark.parametrize("arguments, message", BAD.values(), ids=BAD.keys())
+def test_bad_input_ends_with_one_sentence_and_exit_code_2(capsys, arguments, message):
+    assert main(["profile", *arguments]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert message in shown.err
+    assert shown.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command):
+    shown = subprocess.run([sys.executable, "-m", "robojoule.cli", command, "--help"], capture_output=True, text=True)
+    assert shown.returncode == 0
+    assert "--json" in shown.stdout
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys, robojoule.cli as c\n"
+        "try: c.main(['--help'])\nexcept SystemExit: pass\n"
+        "heavy = {'numpy', 'pinocchio', 'pyomo', 'duckdb', 'sklearn', 'mlflow', 'matplotlib', 'pydantic'}\n"
+        "print('loaded:', sorted(heavy & set(sys.modules)))"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "loaded: []" in shown.stdout

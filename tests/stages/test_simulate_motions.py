@@ -1,0 +1,68 @@
+"""The stage that simulates: files of the contract, same bytes each time, clear errors."""
+
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+import yaml
+
+from robojoule.config import Params
+from robojoule.errors import InputError
+from stages.generate_trees import generate_trees
+from stages.layout import Layout
+from stages.simulate_motions import simulate_motions
+
+PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
+PARAMS["generate_trees"] |= {"trees": 4, "experiment_trees": 3}
+PARAMS["simulate_motions"] |= {"shard_motions": 30}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    layout = Layout(tmp_path_factory.mktemp("run"))
+    params = Params.model_validate(PARAMS)
+    generate_trees(params, layout)
+    simulate_motions(params, layout)
+    return params, layout
+
+
+def test_files_of_the_contract(done):
+    _, layout = done
+    assert pq.read_table(layout.motions).num_rows == 70
+    runs = pq.read_table(layout.runs)
+    assert runs.num_rows == 700
+    assert runs["motion_id"].to_pylist() == [motion for motion in range(70) for _ in range(10)]
+    assert [path.name for path in sorted(layout.samples_dir.iterdir())] == [f"part-000{i}.parquet" for i in range(3)]
+    assert pq.read_table(layout.paths).num_rows == 70
+
+
+def test_metrics_are_plausible(done):
+    import json
+
+    _, layout = done
+    metrics = json.loads((layout.metrics_dir / "energy_model.json").read_text())
+    assert metrics["idle_power_home_w"] == pytest.approx(430, rel=0.03)
+    assert metrics["idle_power_min_w"] <= metrics["idle_power_home_w"] <= metrics["idle_power_max_w"]
+    assert 900 < metrics["mean_power_full_speed_w"] < 2200
+
+
+def test_shards_do_not_change_the_result_and_stale_ones_go(done, tmp_path):
+    params, layout = done
+    again = Layout(tmp_path)
+    generate_trees(params, again)
+    again.samples_dir.mkdir(parents=True)
+    (again.samples_dir / "part-0099.parquet").write_bytes(b"stale")
+    coarse = params.model_copy(
+        update={"simulate_motions": params.simulate_motions.model_copy(update={"shard_motions": 70})}
+    )
+    simulate_motions(coarse, again)
+    for name in ("motions", "runs", "paths"):
+        assert getattr(again, name).read_bytes() == getattr(layout, name).read_bytes()
+    assert [path.name for path in again.samples_dir.iterdir()] == ["part-0000.parquet"]
+    together = pq.read_table(layout.samples_dir)
+    assert pq.read_table(again.samples_dir).equals(together)
+
+
+def test_without_trees_the_message_names_the_stage(done, tmp_path):
+    with pytest.raises(InputError, match="no operation trees; run the stage generate_trees first"):
+        simulate_motions(done[0], Layout(tmp_path))
