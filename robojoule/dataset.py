@@ -13,7 +13,8 @@ import pyarrow.parquet as pq
 
 from robojoule.documents import atomic_path
 from robojoule.drive import Array, mains_power_w
-from robojoule.simulation import Index, MotionPaths, MotionRuns
+from robojoule.simulation import MotionPaths, MotionRuns
+from robojoule.timing import Index
 from robojoule.trajectory import PHASES
 
 RUN_COLUMNS = (

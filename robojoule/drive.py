@@ -42,6 +42,7 @@ class DriveParameters:
         torque_use: Share of the effort limit that the controller's acceleration may use. [-]
         torque_floor: Share of the effort limit always left for acceleration. [-]
         filter_time_s: Acceleration divided by jerk: length of a jerk phase. [s]
+        load_friction: Friction per transmitted torque (gear mesh loss), shape (n,) or one value for all joints. [-]
     """
 
     gear_ratio: Array
@@ -56,6 +57,23 @@ class DriveParameters:
     torque_use: float
     torque_floor: float
     filter_time_s: float
+    load_friction: Array | float = 0.0
+
+    def friction_nm(self, direction: Array, velocity_rad_s: Array, load_nm: Array) -> Array:
+        """Friction torque on the link side: Coulomb, viscous and load-dependent.
+
+        Args:
+            direction: Sign of the motion, so that Coulomb friction also acts as the motion starts, shape (..., n). [-]
+            velocity_rad_s: Joint velocities, shape (..., n). [rad/s]
+            load_nm: Torques that the gears transmit (rigid body and rotor), shape (..., n). [Nm]
+
+        Returns:
+            Friction torques, broadcast shape of the arguments. [Nm]
+        """
+        friction = self.coulomb_nm * direction + self.viscous_nm_s_per_rad * velocity_rad_s
+        if np.any(self.load_friction):
+            friction = friction + self.load_friction * np.abs(load_nm) * direction
+        return friction
 
     @property
     def reflected_inertia_kg_m2(self) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robojoule.drive import Array
-from robojoule.simulation import Index
+from robojoule.timing import Index
 
 EXAMPLE_MOTION = np.array([[0.63, 1340.0], [0.94, 1144.0], [3.76, 2800.0]])
 """Thesis section 4.3: duration [s] and energy [J] at full speed, at the optimum and at 10 %."""

@@ -23,7 +23,8 @@ from robojoule.reference.figures import energy_model_figures
 from robojoule.robots import catalog_path, load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload, Robot
-from robojoule.simulation import Index, MotionPaths
+from robojoule.simulation import MotionPaths
+from robojoule.timing import Index
 
 FOLDER = Path(__file__).parent
 SPEED_LIMITS = np.arange(1, 11) / 10.0
