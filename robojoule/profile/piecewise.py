@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-# A breakpoint counts as concave only if it lies above its neighbours' chord by more than this share of the largest
-# energy: simulated energies carry rounding noise of about 1e-13.
-CONCAVITY_TOLERANCE = 1e-10
+# Energies differ from a convex profile by up to this share of the largest energy without counting as not convex:
+# numerical noise of simulated energies must not split a profile.
+CONVEXITY_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,27 +94,30 @@ class PiecewiseLinearProfile:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether the slopes never fall (up to rounding)."""
-        return not self._concave().any()
+        """Whether the profile is its own lower hull (up to numerical noise)."""
+        above = self.energies_j - np.interp(self.durations_s, self.lower_hull.durations_s, self.lower_hull.energies_j)
+        return bool(above.max() <= self._tolerance_j)
 
-    def _concave(self) -> NDArray[np.bool_]:
-        """Whether each inner breakpoint lies above the chord of its neighbours, shape (B - 2,)."""
-        d, e = self.durations_s, self.energies_j
-        if d.size < 3:
-            return np.zeros(0, dtype=bool)
-        chord = e[:-2] + (e[2:] - e[:-2]) * (d[1:-1] - d[:-2]) / (d[2:] - d[:-2])
-        return np.asarray(e[1:-1] - chord > CONCAVITY_TOLERANCE * max(float(np.abs(e).max()), 1.0))
+    @property
+    def _tolerance_j(self) -> float:
+        return CONVEXITY_TOLERANCE * max(float(np.abs(self.energies_j).max()), 1.0)
 
     def convex_pieces(self) -> list[PiecewiseLinearProfile]:
-        """Split at the concave breakpoints: convex profiles that join end to end and together are this profile."""
-        cuts = [0, *(np.flatnonzero(self._concave()) + 1).tolist(), self.durations_s.size - 1]
-        if self.durations_s.size == 1 or len(cuts) == 2:
-            return [self]
+        """Convex profiles that join end to end and together are this one (up to numerical noise).
+
+        Split at the concave breakpoints, those that lie above their neighbours' chord. Slopes within a piece rise.
+        """
+        if self.is_convex:
+            return [self.lower_hull]
+        d, e = self.durations_s, self.energies_j
+        chord = e[:-2] + (e[2:] - e[:-2]) * (d[1:-1] - d[:-2]) / (d[2:] - d[:-2])
+        concave = np.flatnonzero(e[1:-1] - chord > self._tolerance_j / d.size) + 1
         return [
-            PiecewiseLinearProfile(self.durations_s[a : b + 1], self.energies_j[a : b + 1])
-            for a, b in pairwise(cuts)
+            PiecewiseLinearProfile(d[a : b + 1], e[a : b + 1]).lower_hull
+            for a, b in pairwise([0, *concave.tolist(), d.size - 1])
         ]
 
+    @cached_property
     def lower_hull(self) -> PiecewiseLinearProfile:
         """Largest convex profile that lies nowhere above this one (Andrew's monotone chain)."""
         d, e = self.durations_s, self.energies_j

@@ -1,0 +1,1 @@
+"""Optimisation graph, planning model, methods, write-back: from operation trees and profiles to verified plans."""

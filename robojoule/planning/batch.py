@@ -1,0 +1,92 @@
+"""Many operation trees of one robot, their motions simulated together: one call for all is far cheaper than many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robojoule.errors import InputError
+from robojoule.operations import OperationTree, check_tree
+from robojoule.planning.graph import OptimizationGraph, graph_of_tree
+from robojoule.profile.piecewise import Array
+from robojoule.robots.robot import Robot
+from robojoule.simulation import MotionPaths
+
+SLOWEST_SPEED_LIMIT = 0.1  # the slowest run that a profile knows (thesis 4.3)
+
+
+class TreeBatch:
+    """Trees, their graphs and the motions of all of them.
+
+    The M motions of all trees stand in one list, tree after tree; every array "of motions" has that order.
+
+    Args:
+        robot: Robot that executes every tree.
+        trees: Operation trees.
+        slowest_speed_limit: Speed limit that bounds durations from above, a fraction in (0, 1].
+
+    Raises:
+        InputError: A tree does not fit the robot, or has coarse zones (their motions cannot be simulated singly).
+    """
+
+    def __init__(
+        self, robot: Robot, trees: Sequence[OperationTree], slowest_speed_limit: float = SLOWEST_SPEED_LIMIT
+    ) -> None:
+        for tree in trees:
+            check_tree(tree, robot)
+            for move in tree.moves():
+                if not move.is_fine:
+                    raise InputError(
+                        f"move '{move.name}' of tree '{tree.name}' has a coarse zone, which cannot be planned yet",
+                        allowed="zone: fine",
+                    )
+        self.robot = robot
+        self.trees = tuple(trees)
+        self.slowest_speed_limit = slowest_speed_limit
+        self.graphs: tuple[OptimizationGraph, ...] = tuple(graph_of_tree(tree, robot.name) for tree in trees)
+        points = [tree.configurations_rad() for tree in trees]
+        self.paths = MotionPaths(
+            robot, np.concatenate([p[:-1] for p in points]), np.concatenate([p[1:] for p in points])
+        )
+        ends = np.cumsum([len(p) - 1 for p in points])
+        self.rows = tuple(slice(int(end) - len(p) + 1, int(end)) for p, end in zip(points, ends, strict=True))
+
+    @cached_property
+    def d_min_s(self) -> Array:
+        """Duration of each motion at full speed, shape (M,). [s]"""
+        return self.paths.minimum_durations()
+
+    @cached_property
+    def d_max_s(self) -> Array:
+        """Duration of each motion at the slowest speed limit, shape (M,). [s]"""
+        return np.asarray(self.paths.durations([self.slowest_speed_limit])[:, 0])
+
+    @cached_property
+    def idle_prior_w(self) -> Array:
+        """True idle power at the start of each motion, shape (M,). [W]"""
+        return self.paths.idle_power_start_w
+
+    @cached_property
+    def idle_post_w(self) -> Array:
+        """True idle power at the end of each motion, shape (M,). [W]"""
+        return self.paths.idle_power_end_w
+
+    @cached_property
+    def saturating_speed_limits(self) -> Array:
+        """Lowest speed limit that gives the fastest run, shape (M,); 1 for motions of zero length. [-]"""
+        return np.maximum(self.paths.fastest_speed_limits(), self.slowest_speed_limit)
+
+    @cached_property
+    def least_cycles_s(self) -> Array:
+        """Least cycle time of each tree, shape (T,): motions at full speed plus required waits. [s]"""
+        return np.array(
+            [g.least_cycle_s(self.d_min_s[rows].tolist()) for g, rows in zip(self.graphs, self.rows, strict=True)]
+        )
+
+    def predecessors(self, values: ArrayLike) -> Array:
+        """Values of each motion's predecessor in its cycle, shape (M,) -> (M,)."""
+        array = np.asarray(values, dtype=float)
+        return np.concatenate([np.roll(array[rows], 1) for rows in self.rows])
