@@ -1,0 +1,67 @@
+"""Names for people: methods, features, targets, energy parts."""
+
+from __future__ import annotations
+
+import re
+
+METHODS = {
+    "unoptimized": "unoptimised",
+    "uniform": "uniform speed limit",
+    "greedy": "greedy by steepness",
+    "krc_polynomial": "KRC polynomial",
+    "predicted_three_segment": "predicted, three segments",
+    "robojoule_predicted": "robojoule, predicted",
+    "robojoule_simulated": "robojoule, simulated",
+    "optimum": "proven optimum",
+}
+
+TARGETS = {
+    "energy_saving_j": ("energy saving", "J"),
+    "optimal_duration_s": ("optimal duration", "s"),
+    "energy_penalty_j": ("energy penalty at the lowest speed limit", "J"),
+}
+
+MODELS = {"random_forest": "random forest", "neural_network": "neural network"}
+
+# In the order in which they are stacked: what stays whatever the speed is at the bottom.
+ENERGY_PARTS = {
+    "base_j": "base",
+    "drive_active_j": "drives active",
+    "inverter_j": "inverter loss",
+    "copper_j": "copper loss",
+    "friction_j": "friction",
+    "braking_j": "brake chopper",
+    "potential_j": "change of height",
+}
+
+_SHORT = {
+    "optimal_speed_limit_percent": "optimal speed limit",
+    "optimal_duration_s": "optimal duration",
+    "energy_saving_j": "energy saving",
+    "energy_penalty_j": "energy penalty",
+    "duration_slowest_s": "duration slowest",
+    "duration_fastest_s": "duration fastest",
+    "duration_penalty_s": "duration penalty",
+    "steepness_j_per_s": "steepness",
+    "theta_sum_rad": "theta sum",
+    "rotation_angle_rad": "rotation angle",
+    "euclidean_distance_m": "Euclidean distance",
+    "vertical_distance_m": "vertical distance",
+    "horizontal_distance_m": "horizontal distance",
+}
+
+
+def method_label(method: str, krc_segments: str | int | float | None = None) -> str:
+    """Name of a method, with its number of chords where it has one."""
+    label = METHODS.get(method, method.replace("_", " "))
+    return f"{label}, {int(float(krc_segments))} chords" if krc_segments not in (None, "") else label
+
+
+def feature_label(feature: str) -> str:
+    """Short name of a feature's column."""
+    if feature in _SHORT:
+        return _SHORT[feature]
+    joint = re.fullmatch(r"(j\d+)_(.*?)_difference_rad\w*", feature)
+    if not joint:
+        return feature.replace("_", " ")
+    return f"{joint[1]} {joint[2].replace('_', ' ')}"

@@ -1,0 +1,159 @@
+"""What the stages left behind, read for figures and report: Parquet through DuckDB, tables and metrics from files."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robojoule.errors import InputError
+from robojoule.profile import MeasuredProfile, ThreeSegmentShape, measured_profile
+from robojoule.robots.robot import Robot
+from robojoule.simulation import MotionPaths
+
+if TYPE_CHECKING:
+    import duckdb
+
+Columns = dict[str, NDArray[Any]]
+Rows = list[dict[str, str]]
+
+
+@dataclass(frozen=True)
+class ResultFiles:
+    """Where the results lie.
+
+    Attributes:
+        data_dir: Folder of motions, runs, features, predictions, plans (`<name>.parquet`) and of `trees/`.
+        tables_dir: Folder of the result tables (CSV).
+        metrics_dir: Folder of the stages' metrics (JSON).
+    """
+
+    data_dir: Path
+    tables_dir: Path
+    metrics_dir: Path
+
+
+class Results:
+    """Results of all stages; files are read when they are first needed.
+
+    Args:
+        files: Where they lie.
+        robot: The robot that was simulated.
+        shape: Constants of the three-segment profile.
+    """
+
+    PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
+
+    def __init__(self, files: ResultFiles, robot: Robot, shape: ThreeSegmentShape) -> None:
+        self.files = files
+        self.robot = robot
+        self.shape = shape
+
+    @cached_property
+    def _connection(self) -> duckdb.DuckDBPyConnection:
+        import duckdb
+
+        connection = duckdb.connect(config={"threads": 1})  # sums must not depend on the number of processors
+        for name in self.PARQUET:
+            path = self.files.data_dir / f"{name}.parquet"
+            if not path.exists():
+                raise InputError("this result is missing; run the stages before draw_figures first", file=path)
+            try:
+                connection.read_parquet(str(path)).create_view(name)
+            except duckdb.Error as error:
+                first = " ".join(str(error).split())
+                raise InputError(f"the file cannot be read ({first})", file=path) from None
+        return connection
+
+    def query(self, sql: str, *parameters: Any) -> Columns:
+        """Result of a query on the views `trees`, `motions`, `runs`, `features`, `predictions`, `plans`.
+
+        Args:
+            sql: Query; it orders its rows.
+            parameters: Values of its question marks.
+
+        Returns:
+            One array a column; numbers that are null become NaN.
+
+        Raises:
+            InputError: A file is missing, unreadable or lacks a column.
+        """
+        import duckdb
+
+        try:
+            fetched = self._connection.execute(sql, list(parameters)).fetchnumpy()
+        except duckdb.Error as error:
+            first = " ".join(str(error).split())
+            raise InputError(f"the results do not fit together ({first})", file=self.files.data_dir) from None
+        return {name: _plain(values) for name, values in fetched.items()}
+
+    @cached_property
+    def _runs(self) -> dict[int, MeasuredProfile]:
+        runs = self.query(
+            "SELECT motion_id, duration_s, energy_j, speed_limit_percent / 100 AS speed_limit FROM runs"
+            " ORDER BY motion_id, speed_limit_percent"
+        )
+        motions, first = np.unique(runs["motion_id"], return_index=True)
+        bounds = [*first.tolist(), len(runs["motion_id"])]
+        columns = [runs[name] for name in ("duration_s", "energy_j", "speed_limit")]
+        return {
+            int(motion): measured_profile(*(column[a:b] for column in columns))
+            for motion, a, b in zip(motions, bounds[:-1], bounds[1:], strict=True)
+        }
+
+    def profile(self, motion_id: int) -> MeasuredProfile:
+        """Distinct runs of a motion."""
+        return self._runs[int(motion_id)]
+
+    def paths(self, motion_ids: Sequence[int]) -> MotionPaths:
+        """Physics of some motions, in the order given."""
+        ends = [f"{end}_q{joint + 1}_rad" for end in ("start", "end") for joint in range(self.robot.joint_count)]
+        rows = self.query(f"SELECT motion_id, {', '.join(ends)} FROM motions ORDER BY motion_id")
+        places = np.searchsorted(rows["motion_id"], motion_ids)
+        values = np.stack([rows[name][places] for name in ends], axis=1)
+        return MotionPaths(self.robot, values[:, : self.robot.joint_count], values[:, self.robot.joint_count :])
+
+    def table(self, name: str) -> Rows | None:
+        """Rows of `<name>.csv` of the tables folder as text; None if no stage wrote it."""
+        path = self.files.tables_dir / f"{name}.csv"
+        if not path.exists():
+            return None
+        try:
+            return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise InputError(f"the table cannot be read ({error})", file=path) from None
+
+
+def published(table: str) -> Rows:
+    """Rows of a table of the thesis, as text; see `published/README.md` for the source.
+
+    Args:
+        table: table_5_1, table_6_1, table_6_2 or table_6_3.
+    """
+    text = resources.files(__name__.rpartition(".")[0]).joinpath("published", f"{table}.csv").read_text("utf-8")
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def number(text: str | None) -> float:
+    """Number in a table cell; NaN where the cell is empty or no number."""
+    try:
+        return float(text) if text else float("nan")
+    except ValueError:
+        return float("nan")
+
+
+def _plain(values: Any) -> NDArray[Any]:
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    present = ~np.ma.getmaskarray(values)
+    if values.dtype.kind in "iufb" and not present.all():
+        return np.where(present, values.data.astype(float), np.nan)
+    return np.asarray(values.data)

@@ -1,0 +1,197 @@
+"""Result tables laid out for readers, ours beside the thesis's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from robojoule.report.labels import METHODS, MODELS, TARGETS, method_label
+from robojoule.report.results import Results, Rows, number, published
+
+QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": "mean"}
+ERRORS = {"abs": "absolute", "rel_percent": "relative [%]"}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text cells.
+
+    Attributes:
+        caption: What it shows.
+        head: Names of the columns.
+        rows: Cells, as many a row as there are columns.
+        marked: Rows that are not ours but the thesis's.
+    """
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    marked: frozenset[int] = frozenset()
+
+
+def _cell(value: float, digits: int = 2) -> str:
+    return "" if value != value else f"{value:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+
+
+def table_6_1(results: Results) -> list[Table]:
+    """Savings by Eq. 6.1, savings in the published convention, and gaps; one row a method, one column a cycle time."""
+    tables = []
+    for name, what in (("table_6_1", "all experiment trees"), ("table_6_1_thesis", "the thesis's subsets of trees")):
+        rows = results.table(name)
+        if not rows:
+            continue
+        for column, caption, suffix in (
+            ("saving_percent", "Energy saving by Eq. 6.1 [%]", "saving_percent_eq_6_1"),
+            ("saving_percent_published_convention", "Energy saving in the published convention [%]", "saving_percent"),
+            ("gap_to_optimum_percent", "Gap to the proven optimum [%]", ""),
+        ):
+            if column in rows[0]:
+                tables.append(_by_relaxation(f"{caption}, {what}", rows, column, suffix))
+    return tables
+
+
+def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str) -> Table:
+    relaxations = sorted({number(row["relaxation_percent"]) for row in rows})
+    lines: dict[str, dict[float, float]] = {}
+    order = list(METHODS)
+    for row in sorted(
+        rows, key=lambda r: (order.index(r["method"]) if r["method"] in order else 99, r["krc_segments"])
+    ):
+        label = method_label(row["method"], row["krc_segments"])
+        lines.setdefault(label, {})[number(row["relaxation_percent"])] = number(row[column])
+    ours = len(lines)
+    if published_suffix:
+        for method, key in (("KRC polynomial", "krc"), ("predicted", "pred")):
+            for row in published("table_6_1"):
+                label = f"thesis: {method}, set of {row['krc_segments']} chords"
+                value = number(row[f"{key}_{published_suffix}"])
+                lines.setdefault(label, {})[number(row["relaxation_percent"])] = value
+    trees = " to ".join(dict.fromkeys(sorted((row["trees"] for row in rows), key=number)))
+    return Table(
+        f"{caption}; {trees} trees a row",
+        ("method", *(f"{relaxation:g} %" for relaxation in relaxations)),
+        tuple(
+            (label, *(_cell(values.get(relaxation, float("nan"))) for relaxation in relaxations))
+            for label, values in lines.items()
+        ),
+        frozenset(range(ours, len(lines))),
+    )
+
+
+def table_5_1(results: Results) -> Table | None:
+    """Errors of the predictors, the thesis's random forest below ours."""
+    rows = results.table("table_5_1")
+    if not rows:
+        return None
+    theirs = {row["target"]: row for row in published("table_5_1")}
+    body, marked = [], set()
+    for target, (label, unit) in TARGETS.items():
+        for error, kind in ERRORS.items():
+            name = f"{label}, {kind}" + (f" [{unit}]" if error == "abs" else "")
+            digits = 3 if error == "abs" and unit == "s" else 2
+            for row in rows:
+                if (row["target"], row["error"]) == (target, error):
+                    cells = (_cell(number(row.get(key)), digits) for key in QUANTILES)
+                    body.append((name, MODELS.get(row["model"], row["model"]), *cells))
+            if target in theirs:
+                marked.add(len(body))
+                keys = (f"{'rel' if error == 'rel_percent' else 'abs'}_{key}" for key in QUANTILES)
+                values = (
+                    number(theirs[target].get(key + ("_percent" if error == "rel_percent" else ""))) for key in keys
+                )
+                body.append((name, "thesis: random forest", *(_cell(value, digits) for value in values)))
+    return Table(
+        "Errors of the predictors on held-out motions (Table 5.1); zero savings are left out of relative errors",
+        ("target and error", "model", *QUANTILES.values()),
+        tuple(body),
+        frozenset(marked),
+    )
+
+
+def plain(results: Results, name: str, caption: str) -> Table | None:
+    """A result table as the stage wrote it."""
+    rows = results.table(name)
+    return _plain(rows, caption, frozenset()) if rows else None
+
+
+def published_plain(name: str, caption: str) -> Table:
+    """A table of the thesis as printed."""
+    rows = published(name)
+    return _plain(rows, caption, frozenset(range(len(rows))))
+
+
+def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:
+    def shown(text: str) -> str:
+        value = number(text)
+        if value != value or "." not in text:
+            return text
+        return _cell(value, 0 if abs(value) >= 1000 else 2 if abs(value) >= 0.1 or value == 0 else 4)
+
+    head = tuple(rows[0])
+    return Table(
+        caption,
+        tuple(name.replace("_", " ") for name in head),
+        tuple(tuple(shown(row[name] or "") for name in head) for row in rows),
+        marked,
+    )
+
+
+def difference(results: Results) -> Table | None:
+    """Ours less the thesis's by Eq. 6.1, on its own subsets of trees where there is such a table."""
+    rows = results.table("table_6_1_thesis") or results.table("table_6_1")
+    if not rows:
+        return None
+
+    def ours(method: str, relaxation: float, segments: str) -> float:
+        for row in rows:
+            same = row["method"] == method and number(row["relaxation_percent"]) == relaxation
+            if same and (row["krc_segments"] in ("", segments)):
+                return number(row["saving_percent"])
+        return float("nan")
+
+    body = []
+    for row in published("table_6_1"):
+        relaxation, segments = number(row["relaxation_percent"]), row["krc_segments"]
+        krc, pred = ours("krc_polynomial", relaxation, segments), ours("predicted_three_segment", relaxation, segments)
+        their_krc, their_pred = number(row["krc_saving_percent_eq_6_1"]), number(row["pred_saving_percent_eq_6_1"])
+        values = (
+            krc,
+            their_krc,
+            krc - their_krc,
+            pred,
+            their_pred,
+            pred - their_pred,
+            pred - krc,
+            their_pred - their_krc,
+        )
+        body.append((f"{relaxation:g} %, {segments} chords", *(_cell(value) for value in values)))
+    head = (
+        "cycle time",
+        "KRC, ours",
+        "KRC, thesis",
+        "difference",
+        "predicted, ours",
+        "predicted, thesis",
+        "difference",
+        "predicted above KRC, ours",
+        "predicted above KRC, thesis",
+    )
+    return Table("Savings by Eq. 6.1, ours and the thesis's [percentage points]", head, tuple(body))
+
+
+def metrics_table(metrics: dict[str, Any]) -> Table:
+    """Metrics, one row a value, nested names joined by dots."""
+    body: list[tuple[str, ...]] = []
+
+    def walk(prefix: str, value: Any, add: Callable[[tuple[str, ...]], None]) -> None:
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                walk(f"{prefix}.{key}" if prefix else str(key), inner, add)
+        elif isinstance(value, float):
+            add((prefix, f"{value:.6g}"))
+        else:
+            add((prefix, str(value)))
+
+    walk("", metrics, body.append)
+    return Table("Metrics (reports/metrics.json)", ("metric", "value"), tuple(body))
