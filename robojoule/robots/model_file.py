@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -11,6 +12,20 @@ from robojoule.documents import Document
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
+JOINT_TYPES = ("revolute", "fixed")
+FigureGroup = Literal["kinematics", "limits", "effort", "inertia", "capsules", "drives"]
+FigureKind = Literal["published", "composed", "fitted", "scaled", "identified", "stated"]
+
+
+class Provenance(Document):
+    """Where a group of figures comes from.
+
+    Kinds: published by the vendor or in the literature; composed from published figures of siblings; fitted on
+    published totals; scaled from anchors by law; identified from measurements; stated by whoever wrote the file.
+    """
+
+    kind: FigureKind
+    note: str = Field(min_length=1)
 
 
 class InertiaTensor(Document):
@@ -46,6 +61,21 @@ class JointFile(Document):
     upper_rad: float | None = None
     velocity_rad_s: Positive | None = None
     effort_nm: Positive | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_the_joint(cls, data: Any) -> Any:
+        """Messages about a joint name it: its place in a list says little."""
+        if not isinstance(data, dict):
+            return data
+        name, kind = data.get("name"), data.get("type")
+        if isinstance(kind, str) and kind not in JOINT_TYPES:
+            raise ValueError(f"joint '{name}' has the unknown type '{kind}'; allowed: {', '.join(JOINT_TYPES)}")
+        for key in ("velocity_rad_s", "effort_nm"):
+            value = data.get(key)
+            if kind != "fixed" and isinstance(value, (int, float)) and not value > 0:
+                raise ValueError(f"joint '{name}': {key} is {value}; allowed: above 0")
+        return data
 
     @model_validator(mode="after")
     def _limits(self) -> JointFile:
@@ -102,7 +132,12 @@ class DrivesFile(Document):
 
 
 class RobotFile(Document):
-    """One serial arm with any number of joints."""
+    """One serial arm with any number of joints.
+
+    Each joint that moves carries a body: its child link and all links fixed to it. That body needs a mass and a
+    positive definite inertia, unless its link stands in `lumped_links`: link -> link nearer to the base whose
+    figures hold its inertia, as some vendors publish wrists.
+    """
 
     name: str = Field(min_length=1)
     vendor: str
@@ -111,8 +146,10 @@ class RobotFile(Document):
     source: str
     license: str
     caveats: str = ""
+    provenance: dict[FigureGroup, Provenance] = Field(default_factory=dict)
     root_link: str
     links: dict[str, LinkFile | None]
+    lumped_links: dict[str, str] = Field(default_factory=dict)
     joints: list[JointFile] = Field(min_length=1)
     tool: ToolFile
     home_rad: list[float]
@@ -123,6 +160,24 @@ class RobotFile(Document):
     def moving_joints(self) -> list[JointFile]:
         """The joints that move, from the base to the flange."""
         return [joint for joint in self.joints if joint.type != "fixed"]
+
+    @property
+    def total_mass_kg(self) -> float:
+        """Mass of all links, the base included where its figures are given. [kg]"""
+        return sum(link.mass_kg for link in self.links.values() if link is not None)
+
+    @property
+    def reach_m(self) -> float:
+        """Distance along the kinematic chain from joint 2 (of a single joint: from it) to the tool frame. [m]"""
+        moving = [index for index, joint in enumerate(self.joints) if joint.type != "fixed"]
+        first = moving[min(1, len(moving) - 1)]
+        steps = [joint.origin_xyz_m for joint in self.joints[first + 1 :]]
+        return sum(math.hypot(*step) for step in [*steps, self.tool.origin_xyz_m])
+
+    @property
+    def installed_power_w(self) -> float:
+        """Sum over the joints of effort limit times velocity limit: a measure of the drives' size. [W]"""
+        return sum((joint.effort_nm or 0.0) * (joint.velocity_rad_s or 0.0) for joint in self.moving_joints)
 
     @model_validator(mode="after")
     def _consistent(self) -> RobotFile:
@@ -140,11 +195,25 @@ class RobotFile(Document):
             raise ValueError(f"drives.joints must name exactly the moving joints: {', '.join(moving)}")
         if len(self.home_rad) != len(moving):
             raise ValueError(f"home_rad must have {len(moving)} values, one a moving joint")
-        for link in self.capsules:
-            if link not in self.links:
-                raise ValueError(f"capsules name the unknown link '{link}'")
+        self._check_link_names()
         self._check_chain()
+        for joint, value in zip(self.moving_joints, self.home_rad, strict=True):
+            # Rounding of degrees to radians must not push a joint over its limit.
+            if not joint.lower_rad - 1e-9 <= value <= joint.upper_rad + 1e-9:  # type: ignore[operator]
+                raise ValueError(f"home_rad puts '{joint.name}' at {value:g} rad, beyond its limits")
         return self
+
+    def _check_link_names(self) -> None:
+        named = {
+            "root_link": [self.root_link],
+            "tool.parent": [self.tool.parent],
+            "capsules": list(self.capsules),
+            "lumped_links": [*self.lumped_links, *self.lumped_links.values()],
+        }
+        for key, links in named.items():
+            for link in links:
+                if link not in self.links:
+                    raise ValueError(f"{key} names the unknown link '{link}'; allowed: {', '.join(self.links)}")
 
     def _check_chain(self) -> None:
         """Moving joints must form one chain: a serial arm, each link with one moving child at most."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.drive import Array, DriveParameters
 from robojoule.errors import InputError
+from robojoule.robots.bodies import check_moving_bodies
 from robojoule.robots.model_file import JointFile, LinkFile, RobotFile
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
@@ -91,7 +92,14 @@ class Robot:
         anchors: dict[str, tuple[int, pin.SE3]] = {file.root_link: (0, pin.SE3.Identity())}
         pending = list(file.joints)
         while pending:
-            joint = next(j for j in pending if j.parent in anchors)
+            joint = next((j for j in pending if j.parent in anchors), None)
+            if joint is None:
+                raise InputError(
+                    f"joint '{pending[0].name}' hangs on link '{pending[0].parent}', "
+                    f"which does not hang on the root link '{file.root_link}'",
+                    file=file.name,
+                    key="joints",
+                )
             pending.remove(joint)
             parent, offset = anchors[joint.parent]
             placement = offset * _placement(joint.origin_xyz_m, joint.origin_rpy_rad)
@@ -105,7 +113,10 @@ class Robot:
                 owner, at = anchors[joint.child]
                 model.appendBodyToJoint(owner, _link_inertia(link), at)
         if file.tool.parent not in anchors:
-            raise InputError(f"the tool's parent '{file.tool.parent}' is not a link", file=file.name, key="tool.parent")
+            raise InputError(
+                f"the tool's parent '{file.tool.parent}' hangs on no joint", file=file.name, key="tool.parent"
+            )
+        check_moving_bodies(file, anchors, model)
         owner, at = anchors[file.tool.parent]
         tool = at * _placement(file.tool.origin_xyz_m, file.tool.origin_rpy_rad)
         self.tool_joint, self.tool_in_joint = owner, tool

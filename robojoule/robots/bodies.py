@@ -1,0 +1,88 @@
+"""The bodies that joints move: are their inertial figures usable?
+
+A joint moves its child link and everything fixed to it. The sum of those links, not each link alone, needs a positive
+mass and a positive definite inertia: small parts may well be published without figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+
+from robojoule.errors import InputError
+from robojoule.robots.model_file import JointFile, RobotFile
+
+NO_MASS_KG = 1e-5  # vendors write 1e-6 kg for "nothing here"
+# Smallest principal moment over the largest. Rounding of published figures leaves flat bodies above it.
+FLATTEST = 1e-6
+
+
+def check_moving_bodies(file: RobotFile, anchors: Mapping[str, tuple[int, pin.SE3]], model: pin.Model) -> None:
+    """Check the body behind every moving joint, before any payload is attached.
+
+    Args:
+        file: Robot file.
+        anchors: For each link the index of the joint that moves it (0: none) and its placement on it.
+        model: Model with the file's link inertia.
+
+    Raises:
+        InputError: A body has no inertial figures, no mass or an inertia that is not positive definite, and is not
+            marked in `lumped_links`; or it is marked, but nothing gives its joint any inertia.
+    """
+    for index, joint in enumerate(file.moving_joints, start=1):
+        links = [link for link, (owner, _) in anchors.items() if owner == index]
+        if any(link in file.lumped_links for link in links):
+            _check_lumped(file, joint, links, anchors)
+            continue
+        problem = _problem(file, links, model.inertias[index])
+        if problem:
+            raise InputError(
+                f"joint '{joint.name}' moves {_listed(links)}, {problem}",
+                file=file.name,
+                key=f"links.{joint.child}",
+                allowed="a body with positive mass and positive definite inertia, or a mark in lumped_links",
+            )
+
+
+def _problem(file: RobotFile, links: list[str], inertia: pin.Inertia) -> str | None:
+    if all(file.links[link] is None for link in links):
+        return "which has no inertial figures" if len(links) == 1 else "none of which has inertial figures"
+    if inertia.mass <= NO_MASS_KG:
+        return f"which has no mass ({inertia.mass:g} kg)"
+    moments = np.linalg.eigvalsh(inertia.inertia)
+    if moments[0] <= FLATTEST * moments[2] or moments[2] <= 0:
+        shown = ", ".join(f"{moment:.3g}" for moment in moments)
+        return f"whose inertia is not positive definite (principal moments {shown} kg m2)"
+    return None
+
+
+def _check_lumped(
+    file: RobotFile, joint: JointFile, links: list[str], anchors: Mapping[str, tuple[int, pin.SE3]]
+) -> None:
+    """Inertia lumped away leaves the joint only its rotor, and must have gone to a link nearer to the base."""
+    for link in links:
+        holder = file.lumped_links.get(link)
+        if holder is None:
+            continue
+        figures = file.links[holder]
+        if anchors[holder][0] >= anchors[link][0] or figures is None or figures.mass_kg <= NO_MASS_KG:
+            raise InputError(
+                f"'{link}' cannot be lumped into '{holder}'",
+                file=file.name,
+                key=f"lumped_links.{link}",
+                allowed="a link with mass that is nearer to the base",
+            )
+    if file.drives.joints[joint.name].rotor_inertia_kg_m2 == 0:
+        raise InputError(
+            f"joint '{joint.name}' moves a lumped body, so it needs a rotor inertia above 0",
+            file=file.name,
+            key=f"drives.joints.{joint.name}.rotor_inertia_kg_m2",
+        )
+
+
+def _listed(links: list[str]) -> str:
+    if len(links) == 1:
+        return f"the link '{links[0]}'"
+    return "the links " + ", ".join(f"'{link}'" for link in links)

@@ -1,0 +1,315 @@
+"""Scaling laws: the drives of arms whose drives nobody has published.
+
+Geometrically similar machines share figures that have no size. Per joint, with the effort limit T, the speed limit v
+and the gear ratio i (`JointNumbers`):
+
+    motor speed at full joint speed   i v                    servo motors of one range turn equally fast
+    Coulomb share                     coulomb / T
+    viscous share                     viscous v / T
+    spin-up time                      i^2 J v / T            the rotor alone, at the effort limit
+    copper loss per motor torque      k T / i   [W/Nm]       equal current density: loss and torque grow with volume
+
+Industrial arms: each number is interpolated in log T between the fitted reference robot and the identified KR300 and
+held constant beyond them, joint by joint (the KR300 has no copper figure: the reference robot's is held). Collaborative
+arms have harmonic drives: the UR10e's identified friction shares, an assumed gear ratio, the rest from the reference
+robot.
+
+Of the whole arm, with the installed power P = sum T v and the reach L:
+
+    base power                        P^p                    p from two published idle powers, see anchors.yaml
+    drive-active power                as base power
+    filter time                       L                      eigenfrequencies of similar arms fall with their length
+
+Effort limits that are only placeholders (FANUC) follow from static and dynamic need (`EffortRule`), with constants that
+are medians over the arms with published effort limits: industrial arms for industrial arms, collaborative ones for
+collaborative ones.
+
+`python -m robojoule.robots.scaling` rebuilds the entries of the catalog whose drives are marked as scaled.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robojoule.documents import parse, read_document, write_document
+from robojoule.drive import Array
+from robojoule.robots import catalog_path, load_robot_file, robot_names
+from robojoule.robots.anchors import AnchorFile, Kr300, load_anchors, load_kr300
+from robojoule.robots.collision import derive_capsules
+from robojoule.robots.effort import EffortRule, limits
+from robojoule.robots.model_file import RobotFile
+
+DIGITS = 4  # significant digits of scaled figures: more would pretend to be known
+# Viscous friction of grease-lubricated gears rises with about the square root of speed beyond the speeds at which it
+# was identified (shear thinning); a line through the identified range would exceed the effort limit at full speed.
+VISCOUS_EXPONENT = 0.5
+
+
+@dataclass(frozen=True)
+class JointNumbers:
+    """Figures of the drives without size, each of shape (n,).
+
+    Attributes:
+        motor_speed_rad_s: Motor speed at the joint's speed limit. [rad/s]
+        coulomb_share: Coulomb friction over effort limit. [-]
+        viscous_share: Viscous friction at the speed limit over effort limit. [-]
+        spin_up_s: Time in which the effort limit brings the rotor alone to full speed. [s]
+        copper_w_per_nm: Copper loss at the effort limit per motor torque. [W/Nm]
+    """
+
+    motor_speed_rad_s: Array
+    coulomb_share: Array
+    viscous_share: Array
+    spin_up_s: Array
+    copper_w_per_nm: Array
+
+    @classmethod
+    def of(cls, effort: Array, velocity: Array, drives: dict[str, Array]) -> JointNumbers:
+        """Numbers of known drives; keys of `drives` as in `robojoule.drive.DriveParameters`."""
+        gear = drives["gear_ratio"]
+        return cls(
+            motor_speed_rad_s=gear * velocity,
+            coulomb_share=drives["coulomb_nm"] / effort,
+            viscous_share=drives["viscous_nm_s_per_rad"] * velocity / effort,
+            spin_up_s=gear**2 * drives["rotor_inertia_kg_m2"] * velocity / effort,
+            copper_w_per_nm=drives["copper_w_per_nm2"] * effort / gear,
+        )
+
+    def drives(self, effort: Array, velocity: Array) -> dict[str, Array]:
+        """Drives of an arm with these numbers: the inverse of `of`."""
+        gear = self.motor_speed_rad_s / velocity
+        return {
+            "gear_ratio": gear,
+            "rotor_inertia_kg_m2": self.spin_up_s * effort / velocity / gear**2,
+            "coulomb_nm": self.coulomb_share * effort,
+            "viscous_nm_s_per_rad": self.viscous_share * effort / velocity,
+            "copper_w_per_nm2": self.copper_w_per_nm * gear / effort,
+        }
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """The laws with their anchors.
+
+    Attributes:
+        anchors: Published anchors.
+        kr300: Identified figures of the KR300.
+        files: Catalog entries by name; those that the laws scale are read for everything but drives.
+    """
+
+    anchors: AnchorFile
+    kr300: Kr300
+    files: dict[str, RobotFile]
+
+    @cached_property
+    def reference(self) -> RobotFile:
+        """The fitted reference robot."""
+        return self.files[self.anchors.fitted]
+
+    @cached_property
+    def reference_numbers(self) -> JointNumbers:
+        """Numbers of the fitted reference robot."""
+        joints = self.reference.drives.joints
+        names = [joint.name for joint in self.reference.moving_joints]
+        keys = type(joints[names[0]]).model_fields
+        drives = {key: np.array([getattr(joints[name], key) for name in names]) for key in keys}
+        return JointNumbers.of(*limits(self.reference), drives)
+
+    @cached_property
+    def kr300_limits(self) -> tuple[Array, Array]:
+        """Effort [Nm] and speed limits [rad/s] of the KR300, interpolated over the rated payload."""
+        small, large = (self.files[name] for name in self.anchors.kr300_between)
+        payloads = np.log([small.rated_payload_kg, self.kr300.rated_payload_kg, large.rated_payload_kg])
+        share = (payloads[1] - payloads[0]) / (payloads[2] - payloads[0])
+        effort, velocity = (_between(a, b, share) for a, b in zip(limits(small), limits(large), strict=True))
+        return effort, velocity
+
+    @cached_property
+    def kr300_numbers(self) -> JointNumbers:
+        """Numbers of the KR300; the reference robot's copper loss, as it has none."""
+        effort, velocity = self.kr300_limits
+        friction = self.kr300.friction
+        identified = np.radians(self.kr300.identified_up_to_deg_per_s)
+        thinning = np.minimum(identified / velocity, 1.0) ** (1.0 - VISCOUS_EXPONENT)
+        numbers = JointNumbers.of(
+            effort,
+            velocity,
+            {
+                "gear_ratio": np.array(self.kr300.gear_ratio),
+                "rotor_inertia_kg_m2": np.array(self.kr300.rotor_inertia_kg_m2),
+                "coulomb_nm": np.array(friction.coulomb_nm) + np.array(friction.tanh_nm),
+                "viscous_nm_s_per_rad": np.array(friction.viscous_nm_s_per_rad) * thinning,
+                "copper_w_per_nm2": np.ones(6),
+            },
+        )
+        known = {field.name: getattr(numbers, field.name) for field in fields(numbers)}
+        return JointNumbers(**known | {"copper_w_per_nm": self.reference_numbers.copper_w_per_nm})
+
+    def numbers(self, name: str, effort: Array) -> JointNumbers:
+        """Numbers of one arm."""
+        if name in self.anchors.cobots.names:
+            return self._cobot_numbers(self.files[name])
+        small, large = limits(self.reference)[0], self.kr300_limits[0]
+        share = np.clip(np.log(effort / small) / np.log(large / small), 0.0, 1.0)
+        pairs = {
+            field.name: (getattr(self.reference_numbers, field.name), getattr(self.kr300_numbers, field.name))
+            for field in fields(JointNumbers)
+        }
+        return JointNumbers(**{key: _between(a, b, share) for key, (a, b) in pairs.items()})
+
+    def _cobot_numbers(self, file: RobotFile) -> JointNumbers:
+        cobots = self.anchors.cobots
+        effort, velocity = limits(self.files[cobots.friction_of])
+        return JointNumbers(
+            motor_speed_rad_s=cobots.gear_ratio * limits(file)[1],
+            coulomb_share=np.array(cobots.coulomb_nm) / effort,
+            viscous_share=np.array(cobots.viscous_nm_s_per_rad) * velocity / effort,
+            spin_up_s=self.reference_numbers.spin_up_s,
+            copper_w_per_nm=self.reference_numbers.copper_w_per_nm,
+        )
+
+    @cached_property
+    def power_exponent(self) -> float:
+        """Exponent p of base power over installed power."""
+        large, small = self.files[self.anchors.large], self.reference
+        idle = self.anchors.large_idle_w / self.anchors.fitted_idle_w
+        return float(np.log(idle) / np.log(large.installed_power_w / small.installed_power_w))
+
+    def base_power_w(self, name: str, installed_w: float) -> float:
+        """Base power of one arm. [W]"""
+        anchor, power = self.reference, self.reference.drives.base_power_w
+        if name in self.anchors.cobots.names:
+            anchor, power = self.files[self.anchors.cobots.idle_of], self.anchors.cobots.idle_w
+        return float(power * (installed_w / anchor.installed_power_w) ** self.power_exponent)
+
+    def effort_nm(self, name: str) -> Array:
+        """Effort limits from static and dynamic need, shape (6,). [Nm]"""
+        return self.effort_rule(cobot=name in self.anchors.cobots.names).effort_nm(self.files[name])
+
+    def effort_rule(self, *, cobot: bool, without: str = "") -> EffortRule:
+        """Rule for effort limits: medians over the arms with published ones.
+
+        Args:
+            cobot: Over collaborative instead of industrial arms.
+            without: Name of an arm to leave out (cross-validation).
+        """
+        rules = [
+            EffortRule.of(file, counterbalanced=name in self.anchors.counterbalanced)
+            for name, file in self.files.items()
+            if file.provenance["effort"].kind == "published"
+            and name != without
+            and (name in self.anchors.cobots.names) == cobot
+        ]
+        return EffortRule(*np.nanmedian([astuple(rule) for rule in rules], axis=0))
+
+    def rebuild(self, name: str, data: dict[str, Any]) -> dict[str, Any]:
+        """Catalog entry with all scaled figures computed anew.
+
+        Args:
+            name: Catalog name.
+            data: Plain data of the entry.
+        """
+        file = self.files[name]
+        cobot = name in self.anchors.cobots.names
+        joints = [joint for joint in data["joints"] if joint["type"] != "fixed"]
+        if file.provenance["effort"].kind == "scaled":
+            for joint, effort in zip(joints, self.effort_nm(name), strict=True):
+                joint["effort_nm"] = _rounded(effort)
+            data["provenance"]["effort"]["note"] = _EFFORT_NOTE
+        file = parse(RobotFile, data, name)
+        effort, velocity = limits(file)
+        numbers = self.numbers(name, effort).drives(effort, velocity)
+        base_w = self.base_power_w(name, file.installed_power_w)
+        reference = self.reference.drives
+        friction_published = name == self.anchors.cobots.friction_of
+        note = _COBOT_NOTE if cobot else _INDUSTRIAL_NOTE
+        data["provenance"]["drives"]["note"] = _FRICTION_NOTE + note if friction_published else note
+        data["provenance"]["capsules"]["note"] = _CAPSULES_NOTE
+        data["drives"] = {
+            "provenance": "scaled from the UR10e and the KR16" if cobot else "scaled from the KR16 and the KR300",
+            "base_power_w": _rounded(base_w),
+            "drive_active_power_w": _rounded(reference.drive_active_power_w * base_w / reference.base_power_w),
+            "inverter_efficiency": self.anchors.cobots.inverter_efficiency if cobot else reference.inverter_efficiency,
+            "regeneration_efficiency": reference.regeneration_efficiency,
+            "torque_use": reference.torque_use,
+            "torque_floor": reference.torque_floor,
+            "filter_time_s": _rounded(reference.filter_time_s * file.reach_m / self.reference.reach_m),
+            "joints": {
+                joint["name"]: {key: _rounded(values[index]) for key, values in numbers.items()}
+                for index, joint in enumerate(joints)
+            },
+        }
+        capsules = derive_capsules(parse(RobotFile, data, name))
+        data["capsules"] = {link: [c.model_dump(mode="json") for c in shapes] for link, shapes in capsules.items()}
+        return data
+
+
+_EFFORT_NOTE = (
+    "scaled: joint 2 from its largest gravity torque and an acceleration time in proportion to the reach, joint 5 from "
+    "its largest gravity torque, the others in proportion; constants are medians over arms with published limits "
+    "(robojoule.robots.scaling)"
+)
+_INDUSTRIAL_NOTE = (
+    "scaled between the fitted KR16 R2010 and the identified KR300 R2500 by similarity (robojoule.robots.scaling)"
+)
+_COBOT_NOTE = (
+    "scaled: friction shares of the identified UR10e, copper and rotors of the fitted KR16 R2010, gear ratio assumed "
+    "(robojoule.robots.scaling)"
+)
+_FRICTION_NOTE = "friction published (github.com/shamilmamedov/dynamic_calibration); the rest "
+_CAPSULES_NOTE = "scaled: derived from the kinematics (robojoule.robots.collision.derive_capsules)"
+
+
+def load_scaling() -> Scaling:
+    """The laws over the whole catalog."""
+    return Scaling(load_anchors(), load_kr300(), {name: load_robot_file(name) for name in robot_names()})
+
+
+def rebuilt_entries() -> dict[str, dict[str, Any]]:
+    """All scaled entries of the catalog as the laws give them now, by name."""
+    scaling = load_scaling()
+    for name, file in list(scaling.files.items()):  # scaled efforts first: installed power depends on them
+        if file.provenance["effort"].kind == "scaled":
+            limits = iter(scaling.effort_nm(name))
+            joints = [
+                j if j.type == "fixed" else j.model_copy(update={"effort_nm": _rounded(next(limits))})
+                for j in file.joints
+            ]
+            scaling.files[name] = file.model_copy(update={"joints": joints})
+    return {
+        name: scaling.rebuild(name, read_document(catalog_path(name)))
+        for name, file in scaling.files.items()
+        if file.provenance["drives"].kind == "scaled"
+    }
+
+
+def _between(small: Array, large: Array, share: Array | float) -> Array:
+    """Geometric interpolation."""
+    return np.asarray(small ** (1.0 - share) * large**share)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Rebuild the scaled entries of the catalog; with --check only say which would change (exit code 1)."""
+    parser = argparse.ArgumentParser(prog="python -m robojoule.robots.scaling", description=main.__doc__)
+    parser.add_argument("--check", action="store_true", help="change nothing")
+    check = parser.parse_args(arguments).check
+    stale = {name: data for name, data in rebuilt_entries().items() if data != read_document(catalog_path(name))}
+    for name, data in stale.items():
+        if not check:
+            write_document(catalog_path(name), data)
+        print(f"{name}: {'would change' if check else 'rebuilt'}")
+    return 1 if check and stale else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
