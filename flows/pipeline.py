@@ -29,10 +29,11 @@ from prefect.artifacts import (
 )
 from prefect.cache_policies import NO_CACHE
 
+from robojoule.predictor import MODELS
+from stages._tracking import data_hash, find_run
 from stages.layout import Layout
 
 STAGE_TIMEOUT_S = 1800.0
-DATA_HASH_TAG = "data_hash"
 MLFLOW_UI = "http://127.0.0.1:5000"
 
 
@@ -158,41 +159,32 @@ def publish_table(root: Path) -> int:
     return len(rows)
 
 
-def training_data_hash(root: Path) -> str:
-    """MD5 of the features that the predictors were trained on, as `dvc.lock` records it."""
-    lock = yaml.safe_load((root / "dvc.lock").read_text(encoding="utf-8"))
-    features = Layout().features.as_posix()
-    return next(str(dep["md5"]) for dep in lock["stages"]["train_predictors"]["deps"] if dep["path"] == features)
-
-
 @task(cache_policy=NO_CACHE, persist_result=False)
 def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
-    """Link the MLflow runs that were trained on this data, though the training may lie long back.
+    """Link the newest MLflow run of each model on this data, though the training may lie long back.
 
     Args:
         root: Folder of `dvc.yaml`.
         mlflow_ui: Address at which `mlflow ui` will listen.
 
     Returns:
-        Ids of the runs, newest first.
+        Ids of the runs.
     """
-    data_hash = training_data_hash(root)
-    runs: list[Any] = []
-    if (root / "mlflow.db").exists():  # a look must not create an empty store
-        from mlflow import MlflowClient  # about 10 s to import: only where runs are looked up
-
-        client = MlflowClient(tracking_uri=Layout(root.resolve()).mlflow_uri)
-        experiments = [experiment.experiment_id for experiment in client.search_experiments()]
-        runs = client.search_runs(experiments, f"tags.{DATA_HASH_TAG} = '{data_hash}'", order_by=["start_time DESC"])
-    lines = [
-        f"- [{run.info.run_name}]({mlflow_ui}/#/experiments/{run.info.experiment_id}/runs/{run.info.run_id})"
-        for run in runs
-    ] or ["None in this folder's store: the predictors came out of DVC's cache."]
+    layout = Layout(root)
+    data = data_hash(layout.features)
+    runs = [run for model in MODELS if (run := find_run(layout, model, data))]
+    lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
     text = "\n".join(
-        [f"Training runs on data `{data_hash}`:", "", *lines, "", "Open the store with `mlflow ui` in this folder."]
+        [
+            f"Training runs on features with MD5 `{data}`:",
+            "",
+            *(lines or ["None in this folder's store: the predictors came out of DVC's cache."]),
+            "",
+            "Open the store with `mlflow ui` in this folder.",
+        ]
     )
     create_markdown_artifact(key="training-runs", markdown=text, description="MLflow runs of the predictors in use")
-    return [str(run.info.run_id) for run in runs]
+    return [run.run_id for run in runs]
 
 
 @flow(name="pipeline", persist_result=False, validate_parameters=True)

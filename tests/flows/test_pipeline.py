@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 import yaml
 
-from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names, training_data_hash
+from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names
+from stages._tracking import data_hash
 from tests.conftest import wait_for
 
 STAGES: dict[str, dict[str, Any]] = {
@@ -70,7 +71,7 @@ def test_stages_run_in_order_and_then_rest(project: Path, prefect_server: str):
     (row,) = json.loads(artifacts(prefect_server, "table-6-1")[0]["data"])
     assert row == {"relaxation_percent": "110", "method": "optimum", "saving_percent": "12.5"}
     note = artifacts(prefect_server, "training-runs")[0]["data"]
-    assert training_data_hash(project) in note
+    assert data_hash(project / "data/features.parquet") in note
     assert not (project / "mlflow.db").exists()
 
 
