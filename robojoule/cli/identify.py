@@ -1,0 +1,101 @@
+"""`robojoule identify`: drive parameters from a measured log."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from robojoule.cli._arguments import add_robot, robot_of
+from robojoule.errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The log, the robot and what to write."""
+    parser.add_argument("log", metavar="LOG", help="CSV or Parquet with time_s, q1_rad .. (or q1_deg ..), power_w")
+    add_robot(parser)
+    parser.add_argument(
+        "--torque-constants", metavar="KT", help="torque constants, comma-separated, for q1_current_a .. [Nm/A]"
+    )
+    parser.add_argument("--smoothing", type=float, metavar="S", help="length for differentiation [s] (default: 0.03)")
+    parser.add_argument("--window", type=float, metavar="S", help="length for averaging power [s] (default: 0.1)")
+    parser.add_argument("--name", metavar="NAME", help="name of the new robot file (default: the robot's, _identified)")
+    parser.add_argument("--out", metavar="FILE", help="write a robot file with the identified drives (JSON or YAML)")
+    parser.add_argument("--plot", metavar="FILE", help="draw measured against modelled power (SVG, PNG or PDF)")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Read, fit, judge, write."""
+    from robojoule.cli._identification_plot import check_plot_path, write_plot
+    from robojoule.documents import write_document
+    from robojoule.identification import identify, read_log
+    from robojoule.identification.signals import SMOOTHING_S, WINDOW_S
+
+    if arguments.plot:
+        check_plot_path(arguments.plot)
+    if arguments.out and Path(arguments.out).suffix.lower() not in (".json", ".yaml", ".yml"):
+        raise InputError(f"'{arguments.out}' is no robot file", key="--out", allowed=".json, .yaml, .yml")
+    robot = robot_of(arguments)
+    log = read_log(arguments.log, robot, _torque_constants(arguments.torque_constants))
+    result = identify(
+        log,
+        robot,
+        smoothing_s=SMOOTHING_S if arguments.smoothing is None else arguments.smoothing,
+        window_s=WINDOW_S if arguments.window is None else arguments.window,
+    )
+    if arguments.out:
+        write_document(arguments.out, result.robot_file(arguments.name).model_dump(mode="json"))
+    if arguments.plot:
+        write_plot(result, arguments.plot)
+    return {
+        "robot": robot.name,
+        "payload_kg": robot.payload.mass_kg,
+        "log": arguments.log,
+        "samples": len(log.time_s),
+        "with_torque": result.with_torque,
+        "braking_share": result.braking_share,
+        "parameters": [asdict(parameter) for parameter in result.parameters],
+        "unidentified": [parameter.name for parameter in result.unidentified],
+        "training": asdict(result.training),
+        "held_out": asdict(result.held_out),
+        "held_out_catalog": asdict(result.held_out_catalog),
+        "out": arguments.out,
+        "plot": arguments.plot,
+    }
+
+
+def _torque_constants(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"'{text}' is not a list of torque constants", key="--torque-constants", allowed="Nm/A, comma-separated"
+        ) from None
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print the parameters and how well the model holds."""
+    print(f"{result['robot']}, payload {result['payload_kg']:g} kg, {result['samples']} samples of {result['log']}")
+    width = max(len(row["name"]) for row in result["parameters"])
+    print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'catalog':>10}  unit")
+    for row in result["parameters"]:
+        if row["identified"]:
+            error, note = f"{row['standard_error']:10.3g}", "  (at its physical bound)" if row["at_bound"] else ""
+        elif row["confounded_with"]:
+            error, note = f"{'-':>10}", f"  kept: cannot be told from {', '.join(row['confounded_with'])}"
+        else:
+            error, note = f"{'-':>10}", "  kept: too little in the log depends on it"
+        print(
+            f"{row['name']:{width}}  {row['value']:10.4g}  {error}  {row['catalog_value']:10.4g}  {row['unit']}{note}"
+        )
+    for key, title in (("training", "fitted"), ("held_out", "held out"), ("held_out_catalog", "held out, catalog")):
+        score = result[key]
+        part = f"{title:18} {score['motions']:4d} motions {score['duration_s']:7.1f} s  R2 {score['r2']:.4f}  "
+        rmse = f"RMSE {score['rmse_w']:.1f} W ({score['rmse_percent']:.2f} %)  "
+        print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")
+    for key in ("out", "plot"):
+        if result[key]:
+            print(f"written: {result[key]}")
