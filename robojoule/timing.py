@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,7 +73,7 @@ class PathTiming:
             ratio = (np.maximum(left, floor) / inertia).reshape(len(v), -1)
         tightest = ratio.argmin(axis=1)[:, None]
 
-        def there(values: Array) -> Array:
+        def there(values: NDArray[Any]) -> Array:
             return np.asarray(np.take_along_axis(values.reshape(len(v), -1), tightest, axis=1)[:, 0])
 
         falls = there((left > floor) & (np.abs(moving) > np.abs(standing)))
