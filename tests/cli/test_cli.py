@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from robojoule.cli import COMMANDS, main
@@ -72,3 +73,48 @@ def test_help_loads_nothing_heavy():
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "loaded: []" in shown.stdout
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    from robojoule.operations import save_tree
+    from robojoule.operations.generate import tree_from_configurations
+
+    degrees = [[0, -90, 90, 0, 0, 0], [50, -70, 80, 0, 30, 0], [-20, -60, 100, 40, 0, 0], [0, -90, 90, 0, 0, 0]]
+    path = tmp_path_factory.mktemp("programs") / "pick.yaml"
+    save_tree(tree_from_configurations("pick", np.radians(degrees), "kuka_kr16_r2010_2"), path)
+    return path
+
+
+def test_optimize_writes_a_program_that_keeps_the_cycle_time(program, tmp_path, capsys):
+    from robojoule.operations import load_tree
+
+    out = tmp_path / "out.yaml"
+    arguments = [str(program), "--robot", "kuka_kr16_r2010_2", "--cycle-time", "+20%", "--out", str(out), "--json"]
+    assert main(["optimize", *arguments]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["cycle_time_s"] == pytest.approx(1.2 * result["least_cycle_time_s"], abs=1e-6)
+    assert result["energy_j"] < result["energy_unoptimized_j"]
+    assert result["saving_percent"] > 5
+    assert -0.01 <= result["gap_to_optimum_percent"] <= 0.01
+    moves = load_tree(out).moves()
+    assert [move.speed_limit_percent for move in moves] == [move["speed_limit_percent"] for move in result["moves"]]
+    assert main(["optimize", *arguments[:-3]]) == 0
+    assert "% less" in capsys.readouterr().out
+
+
+BAD_CYCLES = {
+    "too short": ("0.5", "the cycle time 0.5 s is shorter than the fastest cycle; allowed: at least"),
+    "text": ("fast", "--cycle-time: 'fast' is no cycle time; allowed: seconds (7.5) or a share (+10%)"),
+    "negative": ("-3", "no cycle time"),
+    "not finite": ("nan", "no cycle time"),
+}
+
+
+@pytest.mark.parametrize("cycle_time, message", BAD_CYCLES.values(), ids=BAD_CYCLES.keys())
+def test_bad_cycle_times_write_nothing(program, tmp_path, capsys, cycle_time, message):
+    out = tmp_path / "out.yaml"
+    arguments = [str(program), "--robot", "kuka_kr16_r2010_2", f"--cycle-time={cycle_time}", "--out", str(out)]
+    assert main(["optimize", *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert not out.exists()
