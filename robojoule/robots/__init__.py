@@ -28,32 +28,45 @@ def robot_names() -> list[str]:
     return sorted(path.stem for path in _catalog().glob("*.json"))
 
 
-def load_robot_file(name: str | Path) -> RobotFile:
-    """Load a robot file by its catalog name or path (YAML or JSON).
+def load_robot_file(name: str | Path, drives: str | Path | None = None) -> RobotFile:
+    """Load a robot file by its catalog name or path.
+
+    Args:
+        name: Catalog name, or path of a robot file (YAML or JSON) or URDF.
+        drives: Drive file of a URDF; if not given, the one beside it (`arm.drives.yaml` beside `arm.urdf`).
 
     Raises:
-        InputError: Unknown name, or a bad robot file.
+        InputError: Unknown name, or a bad robot file, URDF or drive file.
     """
     from robojoule.robots.model_file import RobotFile  # late: listing names needs no models
 
     path = Path(name)
-    if path.suffix.lower() in (".json", ".yaml", ".yml"):
+    suffix = path.suffix.lower()
+    if suffix == ".urdf":
+        from robojoule.robots.urdf import load_urdf
+
+        return load_urdf(path, drives)
+    if drives is not None:
+        raise InputError("a drive file goes with a URDF only: a robot file holds its drives", file=drives)
+    if suffix in (".json", ".yaml", ".yml"):
         return load(RobotFile, path)
     if str(name) not in robot_names():
-        raise InputError(f"unknown robot '{name}'", allowed=f"{', '.join(robot_names())}, or the path of a robot file")
+        allowed = f"{', '.join(robot_names())}, or the path of a robot file or URDF"
+        raise InputError(f"unknown robot '{name}'", allowed=allowed)
     return load(RobotFile, catalog_path(str(name)))
 
 
-def load_robot(name: str | Path, payload: Payload | None = None) -> Robot:
-    """Load a robot from the catalog or from a robot file (YAML or JSON).
+def load_robot(name: str | Path, payload: Payload | None = None, *, drives: str | Path | None = None) -> Robot:
+    """Load a robot from the catalog, a robot file or a URDF.
 
     Args:
-        name: Catalog name, or path of a robot file.
+        name: Catalog name, or path of a robot file (YAML or JSON) or URDF.
         payload: What it carries; nothing if not given.
+        drives: Drive file of a URDF; if not given, the one beside it.
 
     Raises:
-        InputError: Unknown name, or a bad robot file.
+        InputError: Unknown name, or a bad robot file, URDF or drive file.
     """
     from robojoule.robots.robot import Robot  # late: brings Pinocchio
 
-    return Robot(load_robot_file(name), payload)
+    return Robot(load_robot_file(name, drives), payload)

@@ -55,9 +55,17 @@ def _placement(xyz: ArrayLike, rpy: tuple[float, float, float]) -> pin.SE3:
     return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.asarray(xyz, dtype=float))
 
 
-def _link_inertia(link: LinkFile) -> pin.Inertia:
+def _link_inertia(link: LinkFile, name: str, source: str) -> pin.Inertia:
     i = link.inertia_kg_m2
     matrix = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
+    moments = np.linalg.eigvalsh(matrix)
+    if moments[0] < 0:  # no sum of links can mend that
+        shown = ", ".join(f"{moment:.3g}" for moment in moments)
+        raise InputError(
+            f"the inertia of link '{name}' is not positive definite (principal moments {shown} kg m2)",
+            file=source,
+            key=f"links.{name}",
+        )
     return pin.Inertia(link.mass_kg, np.asarray(link.com_m, dtype=float), matrix)
 
 
@@ -111,7 +119,7 @@ class Robot:
             link = file.links[joint.child]
             if link is not None and link.mass_kg > 0:
                 owner, at = anchors[joint.child]
-                model.appendBodyToJoint(owner, _link_inertia(link), at)
+                model.appendBodyToJoint(owner, _link_inertia(link, joint.child, file.name), at)
         if file.tool.parent not in anchors:
             raise InputError(
                 f"the tool's parent '{file.tool.parent}' hangs on no joint", file=file.name, key="tool.parent"
