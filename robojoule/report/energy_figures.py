@@ -23,6 +23,9 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
     )
     figure, ax = style.figure()
     duration, parts = rows["duration_s"], _used(rows)
+    best = int(np.argmin(rows["energy_j"]))
+    changes = {part: rows[part][best] - rows[part][0] for part in parts}
+    change = ", ".join(f"{ENERGY_PARTS[part]} {value:+.0f} J" for part, value in changes.items() if abs(value) >= 0.5)
     # Energy gained by going down is drawn below zero, so that the stack ends at the sum.
     positive, negative = np.zeros_like(duration), np.zeros_like(duration)
     for part, color in zip(parts, style.colors(len(parts)), strict=True):
@@ -36,10 +39,10 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
     ax.legend(loc="upper left", reverse=True)
     return Drawing(
         figure,
-        f"Where the energy of motion {motion} goes, from the fastest to the slowest run. Slowing down first saves the "
-        "energy burnt in copper and brake chopper, later the base consumption outgrows all else.",
-        "Stacked areas of energy parts over duration: copper loss and brake chopper shrink with longer duration, base "
-        "consumption grows in proportion to it.",
+        f"Where the energy of motion {motion} goes, from the fastest to the slowest run. From the fastest run to the "
+        f"best one: {change}. Beyond it the base consumption outgrows all else.",
+        "Stacked areas of energy parts over duration; the base consumption grows in proportion to it. From the fastest "
+        f"run to the best one: {change}.",
     )
 
 
@@ -68,8 +71,8 @@ def breakdown_of_trees(results: Results, style: Style) -> Drawing:
     shares = ", ".join(f"{ENERGY_PARTS[part]} {100 * rows[part].sum() / total:.0f} %" for part in parts)
     return Drawing(
         figure,
-        f"Energy of one cycle at full speed without waits, {len(names)} experiment trees. Shares of the total: {shares}. The "
-        "change of height sums to zero over a closed cycle but for rounding.",
+        f"Energy of one cycle at full speed without waits, {len(names)} experiment trees. Shares of the total: "
+        f"{shares}. The change of height sums to zero over a closed cycle but for rounding.",
         f"Stacked bars, one for each of {len(names)} trees. Shares of the total energy: {shares}.",
     )
 

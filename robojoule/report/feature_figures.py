@@ -17,6 +17,7 @@ BLOCKS = {
     "dynamic_1_3": "dynamic features of joints 1 to 3",
     "dynamic_4_6": "dynamic features of the wrist joints",
 }
+SHOWN_SHARE = 0.995  # of the motions along the steepness axis
 DARK_CELL = 0.6  # |r| above which a cell is so dark that its text is white
 
 
@@ -37,13 +38,18 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
         rasterized=True,
     )
     figure.colorbar(dots, ax=ax, label="duration penalty [s]")
+    steepness = rows["steepness_j_per_s"]
+    shown = 1.05 * float(np.quantile(steepness, SHOWN_SHARE)) if len(steepness) else 1.0
+    beyond = int((steepness > shown).sum())
+    ax.set_xlim(0, shown)
     ax.set_xlabel("steepness [J/s]")
     ax.set_ylabel("measured energy saving [J]")
     count = len(rows["energy_saving_j"])
     return Drawing(
         figure,
         f"Measured energy saving over steepness (Eq. 4.1) of {count} motions that save energy by slowing down. The "
-        "same steepness is reached with small savings quickly and with large ones later.",
+        "same steepness is reached with small savings quickly and with large ones later. "
+        f"{beyond} of them lie beyond the right end, with small savings in very short times.",
         f"Scatter plot of {count} motions in a wedge: savings spread wider the larger the steepness is; colour shows "
         "the duration penalty.",
     )
@@ -66,21 +72,20 @@ def correlation_matrix(block: str, results: Results, style: Style) -> Drawing:
     matrix = np.full((len(names), len(names)), np.nan)
     for row in rows:
         matrix[place[row["row_feature"]], place[row["column_feature"]]] = number(row["pearson"])
-    figure, ax = style.figure(1.0)
+    figure, ax = style.figure(0.86)
     cells = ax.pcolormesh(matrix, cmap="RdBu_r", vmin=-1, vmax=1, edgecolors="white", linewidth=0.4)
     for i, j in np.ndindex(*matrix.shape):
         if np.isfinite(matrix[i, j]):
             color = "white" if abs(matrix[i, j]) > DARK_CELL else "black"
             text = f"{matrix[i, j]:.2f}".replace("0.", ".")
-            ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=5.2, color=color)
+            ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=5.4, color=color)
     labels = [feature_label(name) for name in names]
     ticks = np.arange(len(names)) + 0.5
     ax.set_xticks(ticks, labels, rotation=90, fontsize=6.5)
     ax.set_yticks(ticks, labels, fontsize=6.5)
     ax.invert_yaxis()
     ax.grid(False)
-    ax.set_aspect("equal")
-    figure.colorbar(cells, ax=ax, shrink=0.6, label="Pearson correlation")
+    figure.colorbar(cells, ax=ax, shrink=0.6, pad=0.01, label="Pearson correlation")
     target = "energy_saving_j"
     strongest = ""
     if target in place:

@@ -27,8 +27,10 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
     """
     models = sorted(set(predictions["model"].tolist()), key=lambda model: (list(MODELS).index(model), model))
     label, unit = TARGETS[target]
-    figure, axes = style.figure(0.54 if len(models) > 1 else 0.7, 1, len(models), squeeze=False, sharey=True)
+    figure, axes = style.figure(0.56 if len(models) > 1 else 0.7, 1, len(models), squeeze=False, sharey=True)
     texts = []
+    values = np.concatenate([predictions[target], predictions[f"{target}_measured"]])
+    top = 1.03 * float(values.max(initial=0.0)) or 1.0
     for ax, model in zip(axes[0], models, strict=True):
         rows = predictions["model"] == model
         measured, predicted = predictions[f"{target}_measured"][rows], predictions[target][rows]
@@ -48,7 +50,6 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
                 rasterized=True,
                 label=f"{name} ({int(chosen.sum())})",
             )
-        top = float(max(measured.max(initial=0.0), predicted.max(initial=0.0))) * 1.03 or 1.0
         ax.plot([0, top], [0, top], color="black", linewidth=0.8)
         ax.set_xlim(0, top)
         ax.set_ylim(0, top)

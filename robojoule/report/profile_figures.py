@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robojoule.profile import MeasuredProfile, fit_polynomial, measured_profile
 from robojoule.profile.polynomial import POWERS
@@ -12,10 +13,13 @@ from robojoule.report.drawing import Drawing, curve, smooth_profile, spread
 from robojoule.report.results import Results
 from robojoule.report.style import BLUE, GREEN, GREY, ORANGE, RED, Style
 
+Array = NDArray[np.float64]
+
 EXAMPLES = 6
 CHORDS = 6  # of Figure 3.3
 KRC_CHORDS = 4  # of Figure 6.1
 PROFILING_RUNS = 5
+DENSE_RUNS = 91
 
 # The thesis's example (its Figure 4.2): fastest, optimal and slowest run.
 THESIS_DURATIONS_S, THESIS_ENERGIES_J = (0.63, 0.94, 3.76), (1340.0, 1144.0, 2800.0)
@@ -30,7 +34,7 @@ def energy_profiles(results: Results, style: Style) -> Drawing:
     places = spread(len(chosen["motion_id"]), EXAMPLES)
     figure, axes = style.figure(0.62, 2, 3, squeeze=False)
     for ax, place in zip(axes.flat, places, strict=False):
-        _draw_runs(ax, results.profile(chosen["motion_id"][place]))
+        _draw_runs(ax, results, int(chosen["motion_id"][place]))
         ax.set_title(f"{chosen['tree_id'][place]}, motion {chosen['motion_id'][place]}", fontsize=8)
     for ax in axes.flat[len(places) :]:
         ax.set_axis_off()
@@ -39,7 +43,8 @@ def energy_profiles(results: Results, style: Style) -> Drawing:
     return Drawing(
         figure,
         f"{len(places)} energy profiles, from the earliest to the latest optimum relative to the fastest run (equal "
-        "steps of rank). Red: simulated runs of distinct duration; blue: Eq. 3.1 through all of them.",
+        "steps of rank). Red: simulated runs of distinct duration; blue: simulated at "
+        f"{DENSE_RUNS} speed limits; dashed: Eq. 3.1 through the red runs.",
         f"{len(places)} small plots of energy over duration; each falls steeply, has a minimum, then rises almost as a "
         "straight line, with the minimum at different places.",
     )
@@ -78,8 +83,8 @@ def annotated_profile(results: Results, style: Style) -> Drawing:
     ]
     for start, end, color, label in spans:
         if end > start:
-            ax.axvspan(start, end, color=color, alpha=0.10, linewidth=0, label=f"{label} consumption")
-    _draw_runs(ax, profile)
+            ax.axvspan(start, end, color=color, alpha=0.14, linewidth=0, label=f"{label} consumption")
+    _draw_runs(ax, results, motion)
     ax.plot(
         THESIS_DURATIONS_S,
         THESIS_ENERGIES_J,
@@ -104,8 +109,8 @@ def annotated_profile(results: Results, style: Style) -> Drawing:
     return Drawing(
         figure,
         f"Motion {motion}, the one nearest to the thesis's example in duration and energy: fastest, optimal and "
-        f"slowest run are {points} (thesis: 0.63 s 1340 J, 0.94 s 1144 J, 3.76 s 2800 J). The near-constant segment reaches "
-        "one run to both sides of the optimum.",
+        f"slowest run are {points} (thesis: 0.63 s 1340 J, 0.94 s 1144 J, 3.76 s 2800 J). The near-constant segment "
+        "reaches one run to both sides of the optimum.",
         "Energy over duration of one motion with three shaded segments: decreasing, near constant, increasing "
         f"consumption; the optimum lies at {durations[optimum]:.2f} s and {energies[optimum]:.0f} J.",
     )
@@ -115,7 +120,9 @@ def same_steepness(results: Results, style: Style) -> Drawing:
     """Figure 4.4: two profiles of the same steepness and very different saving."""
     rows = results.query(
         "SELECT motion_id, steepness_j_per_s AS steepness, energy_saving_j AS saving FROM features"
-        " WHERE steepness_j_per_s > 0 ORDER BY steepness_j_per_s, motion_id"
+        " WHERE steepness_j_per_s > 0 AND energy_saving_j >="
+        "  (SELECT quantile_cont(energy_saving_j, 0.25) FROM features WHERE steepness_j_per_s > 0)"
+        " ORDER BY steepness_j_per_s, motion_id"
     )
     figure, ax = style.figure()
     low, high = _pair_of_same_steepness(rows["steepness"], rows["saving"])
@@ -125,7 +132,7 @@ def same_steepness(results: Results, style: Style) -> Drawing:
             continue
         profile = results.profile(rows["motion_id"][place])
         d, e, best = profile.durations_s, profile.energies_j, profile.optimum
-        ax.plot(*curve(smooth_profile(profile)), color=color, label=f"motion {rows['motion_id'][place]}")
+        ax.plot(*_dense(results, rows["motion_id"][place]), color=color, label=f"motion {rows['motion_id'][place]}")
         ax.plot(d, e, "o", color=color, markersize=4)
         ax.plot([d[0], d[best]], [e[0], e[best]], "--", color=color)
         texts.append(
@@ -215,8 +222,18 @@ def _pair_of_same_steepness(steepness: Any, saving: Any) -> tuple[int, int]:
     return pair
 
 
-def _draw_runs(ax: Any, profile: MeasuredProfile) -> None:
-    ax.plot(*curve(smooth_profile(profile)), color=BLUE, label="polynomial, Eq. 3.1")
+def _dense(results: Results, motion: int) -> tuple[Array, Array]:
+    """Durations [s] and energies [J] of a motion at many speed limits between the slowest and the fastest run."""
+    slowest = float(results.profile(motion).speed_limits.min())
+    runs = results.paths([int(motion)]).simulate(np.geomspace(slowest, 1.0, DENSE_RUNS))
+    profile = measured_profile(runs.duration_s[0], runs.energy_j[0], runs.speed_limit[0])
+    return profile.durations_s, profile.energies_j
+
+
+def _draw_runs(ax: Any, results: Results, motion: int) -> None:
+    profile = results.profile(motion)
+    ax.plot(*_dense(results, motion), color=BLUE, label="simulated profile")
+    ax.plot(*curve(smooth_profile(profile)), "--", color=GREY, linewidth=0.9, label="polynomial, Eq. 3.1")
     ax.plot(profile.durations_s, profile.energies_j, "o", color=RED, markersize=4, label="simulated runs")
 
 

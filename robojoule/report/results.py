@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,22 +97,21 @@ class Results:
         return {name: _plain(values) for name, values in fetched.items()}
 
     @cached_property
-    def _runs(self) -> dict[int, MeasuredProfile]:
+    def _runs(self) -> tuple[dict[int, slice], Columns]:
+        """Rows of each motion, and the runs."""
         runs = self.query(
             "SELECT motion_id, duration_s, energy_j, speed_limit_percent / 100 AS speed_limit FROM runs"
             " ORDER BY motion_id, speed_limit_percent"
         )
         motions, first = np.unique(runs["motion_id"], return_index=True)
-        bounds = [*first.tolist(), len(runs["motion_id"])]
-        columns = [runs[name] for name in ("duration_s", "energy_j", "speed_limit")]
-        return {
-            int(motion): measured_profile(*(column[a:b] for column in columns))
-            for motion, a, b in zip(motions, bounds[:-1], bounds[1:], strict=True)
-        }
+        bounds = pairwise([*first.tolist(), len(runs["motion_id"])])
+        return {int(motion): slice(a, b) for motion, (a, b) in zip(motions, bounds, strict=True)}, runs
 
     def profile(self, motion_id: int) -> MeasuredProfile:
         """Distinct runs of a motion."""
-        return self._runs[int(motion_id)]
+        rows, runs = self._runs
+        chosen = rows[int(motion_id)]
+        return measured_profile(*(runs[name][chosen] for name in ("duration_s", "energy_j", "speed_limit")))
 
     def paths(self, motion_ids: Sequence[int]) -> MotionPaths:
         """Physics of some motions, in the order given."""

@@ -10,6 +10,7 @@ from robojoule.report.labels import METHODS, MODELS, TARGETS, method_label
 from robojoule.report.results import Results, Rows, number, published
 
 QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": "mean"}
+UNITS = {"_percent": "%", "_j_per_s": "J/s", "_kg": "kg", "_rad": "rad", "_w": "W", "_j": "J", "_s": "s", "_m": "m"}
 ERRORS = {"abs": "absolute", "rel_percent": "relative [%]"}
 
 
@@ -121,6 +122,14 @@ def published_plain(name: str, caption: str) -> Table:
     return _plain(rows, caption, frozenset(range(len(rows))))
 
 
+def column_label(name: str) -> str:
+    """Name of a column for people: its unit in brackets."""
+    for suffix, unit in UNITS.items():
+        if name.endswith(suffix):
+            return f"{name.removesuffix(suffix).replace('_', ' ')} [{unit}]"
+    return name.replace("_", " ")
+
+
 def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:
     def shown(text: str) -> str:
         value = number(text)
@@ -128,10 +137,10 @@ def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:
             return text
         return _cell(value, 0 if abs(value) >= 1000 else 2 if abs(value) >= 0.1 or value == 0 else 4)
 
-    head = tuple(rows[0])
+    head = tuple(name for name in rows[0] if name != "note")
     return Table(
         caption,
-        tuple(name.replace("_", " ") for name in head),
+        tuple(column_label(name) for name in head),
         tuple(tuple(shown(row[name] or "") for name in head) for row in rows),
         marked,
     )

@@ -104,7 +104,7 @@ def operation_tree(results: Results, style: Style) -> Drawing:
     return Drawing(
         figure,
         f"{name}: the tool's path from HOME through {count - 1} random points (and back the same way), and the arm at "
-        "HOME and at the farthest point. Axes in metres; lines as thick as the collision capsules suggest.",
+        "HOME and at the farthest point.",
         f"Three-dimensional view of the robot arm as thick lines and of the tool's curved path through {count - 1} "
         "points.",
     )
