@@ -1,0 +1,169 @@
+"""Random forest and neural network that predict a profile's saving, optimal duration and penalty."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import asdict
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from robojoule import predictor
+from robojoule.config import Params
+from robojoule.documents import atomic_path, write_text
+from robojoule.errors import InputError
+from robojoule.predictor import MODELS, TARGETS, claims, evaluation
+from stages import _tracking
+from stages._cli import run
+from stages.layout import Layout
+
+Rows = list[dict[str, object]]
+
+
+def train_predictors(params: Params, layout: Layout) -> None:
+    """Train on the training trees, predict the test and experiment motions, and record each training in MLflow."""
+    features = _read_features(layout)
+    splits = np.array(features["split"].to_pylist())
+    inputs = predictor.columns(features, names := _input_names(features), layout.features)
+    targets = predictor.columns(features, TARGETS, layout.features)
+    training, held_out = splits == "train", splits != "train"
+    if not training.any() or not (splits == "test").any():
+        raise InputError("there are no training or no test motions", file=layout.features, key="split")
+
+    trainings, tables = [], []
+    for model in MODELS:
+        print(f"train_predictors: {model}, {int(training.sum())} motions", flush=True)
+        estimator = predictor.make_estimator(model, params.train_predictors)
+        frame = features.filter(pa.array(training)).select(names).to_pandas()
+        seconds = _tracking.timed(lambda e=estimator, f=frame: predictor.fit(e, f, targets[training]))
+        portable = predictor.portable(estimator, model, names, TARGETS)
+        predictor.export(portable, layout.models_dir / model)
+        tables.append(_predictions(features.filter(pa.array(held_out)), model, portable.predict(inputs[held_out])))
+        trainings.append((model, estimator, seconds))
+
+    predictions = pa.concat_tables(tables)
+    with atomic_path(layout.predictions) as path:
+        pq.write_table(predictions, path, compression="zstd")
+    errors, order, metrics = _evaluate(predictions, features)
+    _write_csv(layout.tables_dir / "table_5_1.csv", errors)
+    _write_csv(layout.tables_dir / "suitability.csv", order)
+    _write_csv(layout.tables_dir / "claims_predictors.csv", claims.rows(predictions, metrics))
+    write_text(layout.metrics_dir / "predictors.json", json.dumps(metrics, indent=2, allow_nan=False) + "\n")
+
+    record = _tracking.Recorder(layout, params)
+    for model, estimator, seconds in trainings:
+        print(f"train_predictors: {model}, recorded in MLflow", flush=True)
+        record.training(model, estimator, features, predictions, metrics, seconds)
+
+
+def _read_features(layout: Layout) -> pa.Table:
+    if not layout.features.exists():
+        raise InputError("there are no features; run the stage build_features first", file=layout.features)
+    try:
+        return pq.read_table(layout.features)
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=layout.features) from None
+
+
+def _input_names(features: pa.Table) -> tuple[str, ...]:
+    """The inputs for as many joints as the features have."""
+    return predictor.input_names(sum(name.endswith("_angle_difference_rad") for name in features.column_names))
+
+
+def _predictions(features: pa.Table, model: str, raw: np.ndarray) -> pa.Table:
+    """Possible predictions beside the measured values, one row a held-out motion."""
+    fastest, slowest = (features[f"duration_{end}_s"].to_numpy() for end in ("fastest", "slowest"))
+    values = predictor.bounded(raw, fastest, slowest)
+    table = features.select(["motion_id", "tree_id", "split"]).append_column("model", pa.array([model] * len(values)))
+    for place, target in enumerate(TARGETS):
+        table = table.append_column(target, pa.array(values[:, place]))
+    for target in TARGETS:
+        table = table.append_column(f"{target}_measured", features[target])
+    return table.append_column("saving_outlier", pa.array(_outliers(features, values[:, 0])))
+
+
+def _outliers(features: pa.Table, saving: np.ndarray) -> np.ndarray:
+    """-1 underpredicted, 1 overpredicted, 0 neither; fences drawn for each split on its own."""
+    measured, splits = features["energy_saving_j"].to_numpy(), np.array(features["split"].to_pylist())
+    marks = np.zeros(len(saving), dtype=np.int8)
+    for split in np.unique(splits):
+        rows = splits == split
+        marks[rows] = evaluation.outliers(saving[rows], measured[rows])
+    return marks
+
+
+def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, dict[str, dict[str, dict[str, float]]]]:
+    """Table 5.1 on the test trees, the order of suitability on test and experiment trees, and the headline figures."""
+    errors: Rows = []
+    order: Rows = []
+    metrics: dict[str, dict[str, dict[str, float]]] = {target: {} for target in TARGETS} | {"suitability": {}}
+    models = np.array(predictions["model"].to_pylist())
+    for model in MODELS:
+        ours = predictions.filter(pa.array(models == model))
+        splits = np.array(ours["split"].to_pylist())
+        for split in ("test", "experiment"):
+            part = ours.filter(pa.array(splits == split))
+            if not len(part):
+                continue
+            predicted = predictor.columns(part, TARGETS)
+            measured = predictor.columns(part, tuple(f"{target}_measured" for target in TARGETS))
+            fastest = _of_motions(features, part, "duration_fastest_s")
+            marks = part["saving_outlier"].to_numpy()
+            found = evaluation.order_rows(
+                predictor.steepness(predicted, fastest),
+                predictor.steepness(measured, fastest),
+                part["tree_id"].to_pylist(),
+            )
+            counts = {"underpredicted": int((marks < 0).sum()), "overpredicted": int((marks > 0).sum())}
+            order += [{"split": split, "model": model} | _rounded(asdict(row)) | counts for row in found]
+            if split != "test":
+                continue
+            metrics["suitability"][model] = _finite({f"{row.measure}_mean": row.mean for row in found}) | counts
+            for row in evaluation.error_rows(predicted, measured):
+                figures = asdict(row)
+                errors.append({"target": row.target, "model": model} | _rounded(figures))
+                prefix, suffix = ("rel", "_percent") if row.error == "rel_percent" else ("abs", "")
+                target = metrics[row.target].setdefault(model, {})
+                target |= _finite({f"{prefix}_{q}{suffix}": figures[q] for q in ("p25", "p50", "p75", "max", "mean")})
+                if row.error == "rel_percent":
+                    target["zeros_left_out"] = row.zeros_left_out
+    errors.sort(key=lambda row: TARGETS.index(str(row["target"])))
+    return errors, order, metrics
+
+
+def _of_motions(features: pa.Table, part: pa.Table, column: str) -> np.ndarray:
+    """A column of the features for the motions of `part`; features are sorted by motion."""
+    return features[column].to_numpy()[np.searchsorted(features["motion_id"].to_numpy(), part["motion_id"].to_numpy())]
+
+
+def _rounded(row: dict[str, object]) -> dict[str, object]:
+    """Floats with six decimals, empty where there is no figure."""
+    return {
+        key: ("" if math.isnan(value) else round(value, 6)) if isinstance(value, float) else value
+        for key, value in row.items()
+    }
+
+
+def _finite(figures: dict[str, float]) -> dict[str, float]:
+    return {key: round(value, 6) for key, value in figures.items() if math.isfinite(value)}
+
+
+def _write_csv(path, rows: Rows) -> None:
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+def main() -> None:
+    """Run the stage from the command line."""
+    run(train_predictors)
+
+
+if __name__ == "__main__":
+    main()

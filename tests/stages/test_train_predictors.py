@@ -1,0 +1,244 @@
+"""The stage on a synthetic data set, with a real MLflow store."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from robojoule import predictor
+from robojoule.config import Params, load_params
+from robojoule.errors import InputError
+from stages import _tracking
+from stages.build_features import build_features
+from stages.layout import Layout
+from stages.train_predictors import train_predictors
+from tests.features.synthetic import make
+
+ROOT = Path(__file__).parents[2]
+OUTPUTS = (
+    "models/random_forest.npz",
+    "models/random_forest.json",
+    "models/neural_network.npz",
+    "models/neural_network.json",
+    "data/predictions.parquet",
+    "reports/tables/table_5_1.csv",
+    "reports/tables/suitability.csv",
+    "reports/tables/claims_predictors.csv",
+    "reports/metrics/predictors.json",
+)
+
+
+def params() -> Params:
+    base = load_params(ROOT / "params.yaml")
+    training = base.train_predictors
+    return base.model_copy(
+        update={
+            "train_predictors": training.model_copy(
+                update={
+                    "random_forest": training.random_forest.model_copy(update={"n_estimators": 20}),
+                    "neural_network": training.neural_network.model_copy(update={"networks": 2, "max_epochs": 60}),
+                }
+            )
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Layout:
+    layout = Layout(tmp_path_factory.mktemp("project"))
+    make(trees=80, motions_per_tree=6, experiment=4).write(layout.data_dir)
+    build_features(params(), layout)
+    train_predictors(params(), layout)
+    return layout
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def split_of(layout: Layout) -> tuple[pa.Table, np.ndarray]:
+    features = pq.read_table(layout.features)
+    return features, np.array(features["split"].to_pylist())
+
+
+def test_predicts_held_out_motions_only(trained: Layout) -> None:
+    features, splits = split_of(trained)
+    rows = pq.read_table(trained.predictions)
+    expected = ["motion_id", "tree_id", "split", "model", *predictor.TARGETS]
+    assert rows.column_names == [*expected, *(f"{name}_measured" for name in predictor.TARGETS), "saving_outlier"]
+    held_out = features["motion_id"].to_numpy()[splits != "train"].tolist()
+    for model in predictor.MODELS:
+        assert rows.filter(pa.compute.field("model") == model)["motion_id"].to_pylist() == held_out
+    train_trees = set(features.filter(pa.array(splits == "train"))["tree_id"].to_pylist())
+    assert not train_trees & set(rows["tree_id"].to_pylist())
+
+
+def test_predictions_are_those_of_the_exported_models(trained: Layout) -> None:
+    features, splits = split_of(trained)
+    part = features.filter(pa.array(splits != "train"))
+    rows = pq.read_table(trained.predictions)
+    for model in predictor.MODELS:
+        loaded = predictor.load(trained.models_dir / model)
+        raw = loaded.predict(predictor.columns(part, predictor.input_names()))
+        bounds = (part[f"duration_{end}_s"].to_numpy() for end in ("fastest", "slowest"))
+        stored = predictor.columns(rows.filter(pa.compute.field("model") == model), predictor.TARGETS)
+        assert (stored == predictor.bounded(raw, *bounds)).all()
+
+
+def test_experiment_and_test_targets_do_not_reach_the_models(trained: Layout, tmp_path: Path) -> None:
+    """The same features with other energies on every held-out motion give the same models."""
+    features, splits = split_of(trained)
+    for name in predictor.TARGETS:
+        values = features[name].to_numpy().copy()
+        values[splits != "train"] *= 3
+        features = features.set_column(features.column_names.index(name), name, pa.array(values))
+    other = Layout(tmp_path)
+    other.data_dir.mkdir()
+    pq.write_table(features, other.features)
+    pq.write_table(pq.read_table(trained.runs), other.runs)
+    train_predictors(params(), other)
+    for name in OUTPUTS[:4]:
+        assert (tmp_path / name).read_bytes() == (trained.root / name).read_bytes()
+
+
+def test_same_data_same_bytes(trained: Layout) -> None:
+    before = {name: (trained.root / name).read_bytes() for name in OUTPUTS}
+    train_predictors(params(), trained)
+    assert {name: (trained.root / name).read_bytes() for name in OUTPUTS} == before
+
+
+def test_table_5_1_follows_from_the_predictions(trained: Layout) -> None:
+    rows = table(trained.tables_dir / "table_5_1.csv")
+    assert list(rows[0])[:8] == ["target", "model", "error", "p25", "p50", "p75", "max", "mean"]
+    assert len(rows) == 12
+    predictions = pq.read_table(trained.predictions).filter(pa.compute.field("split") == "test")
+    for row in rows:
+        part = predictions.filter(pa.compute.field("model") == row["model"])
+        measured = part[f"{row['target']}_measured"].to_numpy()
+        error = np.abs(part[row["target"]].to_numpy() - measured)
+        if row["error"] == "rel_percent":
+            error = 100 * error[measured > 0] / measured[measured > 0]
+        assert float(row["p50"]) == pytest.approx(np.median(error), abs=1e-5)
+        assert float(row["mean"]) == pytest.approx(error.mean(), abs=1e-5)
+        assert float(row["max"]) == pytest.approx(error.max(), abs=1e-5)
+        assert int(row["motions"]) + int(row["zeros_left_out"]) == len(measured)
+
+
+def test_other_tables_and_metrics(trained: Layout) -> None:
+    order = table(trained.tables_dir / "suitability.csv")
+    assert {(row["split"], row["model"], row["measure"]) for row in order} == {
+        (split, model, measure)
+        for split in ("test", "experiment")
+        for model in predictor.MODELS
+        for measure in ("spearman", "kendall")
+    }
+    marks = pq.read_table(trained.predictions)
+    for row in order:
+        part = marks.filter((pa.compute.field("split") == row["split"]) & (pa.compute.field("model") == row["model"]))[
+            "saving_outlier"
+        ].to_numpy()
+        assert (int(row["underpredicted"]), int(row["overpredicted"])) == ((part < 0).sum(), (part > 0).sum())
+    claims = table(trained.tables_dir / "claims_predictors.csv")
+    assert list(claims[0]) == ["claim", "thesis", "ours", "held"]
+    assert {row["held"] for row in claims} <= {"true", "false"}
+    metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
+    assert set(metrics) == {*predictor.TARGETS, "suitability"}
+    for target in predictor.TARGETS:
+        assert set(metrics[target]) == set(predictor.MODELS)
+        assert metrics[target]["random_forest"]["rel_p50_percent"] >= 0
+
+
+def test_trainings_are_recorded(trained: Layout, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)  # the record must be complete from every folder
+    import mlflow
+
+    client = mlflow.MlflowClient(tracking_uri=_tracking.store_uri(trained))
+    data = _tracking.data_hash(trained.features)
+    for model in predictor.MODELS:
+        found = _tracking.find_run(trained, model, data, _tracking.config_hash(params()))
+        assert found is not None
+        run = client.get_run(found.run_id)
+        assert run.data.tags["dvc_stage"] == "train_predictors"
+        assert run.data.tags["data_hash"] == data
+        assert len(found.git_commit.removesuffix("-dirty")) == 40 or found.git_commit == "unknown"
+        assert run.data.metrics["optimal_duration_s.rel_p50_percent"] > 0
+        assert run.data.params["seed"] == str(params().train_predictors.seed)
+        figures = {Path(item.path).name for item in client.list_artifacts(found.run_id, "figures")}
+        assert figures == {f"figure_5_{number}.png" for number in (1, 2, 3, 4)}
+        assert trained.root.as_posix() in run.info.artifact_uri
+        assert found.page == f"/#/experiments/{run.info.experiment_id}/runs/{found.run_id}"
+
+
+def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -> None:
+    import mlflow
+
+    mlflow.set_tracking_uri(_tracking.store_uri(trained))
+    features, splits = split_of(trained)
+    frame = features.filter(pa.array(splits == "test")).select(predictor.input_names()).to_pandas()
+    for model in predictor.MODELS:
+        name = f"robojoule_{model}"
+        version = mlflow.MlflowClient().search_model_versions(f"name = '{name}'")[0]
+        assert version.tags["beats_baseline"] in ("true", "false")
+        served = mlflow.pyfunc.load_model(f"models:/{name}/{version.version}")
+        assert [column.name for column in served.metadata.signature.inputs] == list(predictor.input_names())
+        assert served.metadata.saved_input_example_info is not None
+        loaded = predictor.load(trained.models_dir / model)
+        np.testing.assert_allclose(served.predict(frame), loaded.predict(frame.to_numpy()), rtol=1e-11, atol=1e-9)
+        assert ("champion" in version.aliases) == (version.tags["beats_baseline"] == "true")
+    champion = mlflow.MlflowClient().get_model_version_by_alias("robojoule_neural_network", "champion")
+    assert champion.tags["beats_baseline"] == "true"
+
+
+def test_nothing_recorded_is_an_output(trained: Layout) -> None:
+    files = {path.relative_to(trained.root).parts[0] for path in trained.root.rglob("*") if path.is_file()}
+    assert files == {"data", "models", "reports", "mlflow.db", "mlartifacts"}
+    with sqlite3.connect(trained.root / "mlflow.db") as store:
+        ids = [row[0] for row in store.execute("SELECT run_uuid FROM runs")]
+    written = b"".join((trained.root / name).read_bytes() for name in OUTPUTS)
+    assert ids and not any(run_id.encode() in written for run_id in ids)
+
+
+def test_other_data_or_parameters_find_no_run(trained: Layout, tmp_path: Path) -> None:
+    assert _tracking.find_run(trained, "random_forest", "0" * 32) is None
+    assert _tracking.find_run(trained, "random_forest", _tracking.data_hash(trained.features), "0" * 32) is None
+    assert _tracking.find_run(Layout(tmp_path), "random_forest", "0" * 32) is None
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_that_cannot_be_written_fails_the_stage(trained: Layout, tmp_path: Path) -> None:
+    other = Layout(tmp_path)
+    other.data_dir.mkdir()
+    for path in (trained.features, trained.runs):
+        os.link(path, other.data_dir / path.name)
+    (tmp_path / "mlflow.db").write_text("this is no database", encoding="utf-8")
+    with pytest.raises(Exception, match="database"):
+        train_predictors(params(), other)
+
+
+@pytest.mark.parametrize("case", ["missing", "no parquet", "no test motions", "column missing", "not a number"])
+def test_bad_features_are_refused_before_anything_is_written(trained: Layout, tmp_path: Path, case: str) -> None:
+    other = Layout(tmp_path)
+    other.data_dir.mkdir()
+    features, splits = split_of(trained)
+    if case == "no parquet":
+        other.features.write_text("nothing", encoding="utf-8")
+    elif case == "no test motions":
+        pq.write_table(features.filter(pa.array(splits == "train")), other.features)
+    elif case == "column missing":
+        pq.write_table(features.drop_columns(["rotation_angle_rad"]), other.features)
+    elif case == "not a number":
+        place = features.column_names.index("energy_saving_j")
+        values = np.full(len(features), np.nan)
+        pq.write_table(features.set_column(place, "energy_saving_j", pa.array(values)), other.features)
+    with pytest.raises(InputError, match=r"features\.parquet"):
+        train_predictors(params(), other)
+    assert {path.name for path in tmp_path.rglob("*")} <= {"data", "features.parquet"}
