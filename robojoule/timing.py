@@ -11,8 +11,8 @@ above give the same run.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,8 +26,20 @@ from robojoule.trajectory import PathLaw, duration_at_peak_s, path_law, reachabl
 Index = NDArray[np.intp]
 
 DURATION_TOLERANCE_S = 1e-9
-_SEARCH_GRID = np.linspace(0.05, 1.0, 39)
-_BISECTIONS = 60
+_SEARCH_GRID = np.linspace(0.05, 1.0, 20)
+_BISECTIONS = 50
+
+
+@dataclass(frozen=True)
+class _TorqueLimits:
+    """Torque limits of M motions, padded to K each: |inertia a + standing + viscous v + centrifugal v^2| <= usable."""
+
+    inertia: Array
+    standing: Array
+    viscous: Array
+    centrifugal: Array
+    usable: Array
+    floor: Array
 
 
 class PathTiming:
@@ -46,10 +58,6 @@ class PathTiming:
         self.motions = len(delta_rad)
         self.travel_rad = np.abs(delta_rad).max(axis=1)
         self.moving = self.travel_rad > 0.0
-        drives = robot.drives
-        self._inertia = torques.at_nodes[0] + (drives.reflected_inertia_kg_m2 * delta_rad)[:, None, :]
-        self._coulomb_nm = drives.coulomb_nm * np.sign(delta_rad)
-        self._viscous_nm_s = drives.viscous_nm_s_per_rad * delta_rad
         with np.errstate(divide="ignore"):
             self.full_velocity = np.min(robot.velocity_rad_s / np.abs(delta_rad), axis=1)
 
@@ -60,25 +68,47 @@ class PathTiming:
 
     def _acceleration_and_slope(self, velocity: Array, rows: Index) -> tuple[Array, Array]:
         """Allowed path acceleration [1/s2] and its derivative after the peak velocity [1/s], shapes (M',)."""
-        drives, effort = self.robot.drives, self.robot.effort_nm
-        inertia = np.abs(self._inertia[rows])
-        centrifugal, gravity = self.torques.at_nodes[1][rows], self.torques.at_nodes[2][rows]
-        viscous = self._viscous_nm_s[rows][:, None, :]
-        standing = gravity + self._coulomb_nm[rows][:, None, :]
-        v = velocity[:, None, None]
-        moving = standing + viscous * v + centrifugal * v**2
-        left = drives.torque_use * effort - np.maximum(np.abs(standing), np.abs(moving))
-        floor = drives.torque_floor * effort
+        limits = self._limits
+        standing, viscous, centrifugal = limits.standing[rows], limits.viscous[rows], limits.centrifugal[rows]
+        v = velocity[:, None]
+        moving = standing + v * (viscous + v * centrifugal)
+        left = limits.usable[rows] - np.maximum(np.abs(standing), np.abs(moving))
+        floor, inertia = limits.floor[rows], limits.inertia[rows]
         with np.errstate(divide="ignore"):  # a joint that does not move sets no limit
-            ratio = (np.maximum(left, floor) / inertia).reshape(len(v), -1)
-        tightest = ratio.argmin(axis=1)[:, None]
+            ratio = np.maximum(left, floor) / inertia
+        number, tightest = np.arange(len(rows)), ratio.argmin(axis=1)
+        at = (number, tightest)
+        falls = (left[at] > floor[at]) & (np.abs(moving[at]) > np.abs(standing[at]))
+        slope = -np.sign(moving[at]) * (2.0 * centrifugal[at] * velocity + viscous[at]) / inertia[at]
+        return np.asarray(ratio[at]), np.where(falls, slope, 0.0)
 
-        def there(values: NDArray[Any]) -> Array:
-            return np.asarray(np.take_along_axis(values.reshape(len(v), -1), tightest, axis=1)[:, 0])
+    @cached_property
+    def _limits(self) -> _TorqueLimits:
+        """Torque limits (a joint at a node) that can be the tightest one at some peak velocity.
 
-        falls = there((left > floor) & (np.abs(moving) > np.abs(standing)))
-        slope = -there(np.sign(moving) * (2.0 * centrifugal * v + viscous)) / there(inertia)
-        return np.asarray(there(ratio)), np.where(falls, slope, 0.0)
+        A limit whose worst acceleration over all velocities exceeds what another allows at standstill never binds.
+        """
+        drives, effort, torques = self.robot.drives, self.robot.effort_nm, self.torques
+        shape = torques.at_nodes[2].shape
+        centrifugal = torques.at_nodes[1]
+        inertia = np.abs(torques.at_nodes[0] + (drives.reflected_inertia_kg_m2 * self.delta_rad)[:, None, :])
+        standing = torques.at_nodes[2] + (drives.coulomb_nm * np.sign(self.delta_rad))[:, None, :]
+        viscous = np.broadcast_to((drives.viscous_nm_s_per_rad * self.delta_rad)[:, None, :], shape)
+        usable = np.broadcast_to(drives.torque_use * effort, shape)
+        floor = np.broadcast_to(drives.torque_floor * effort, shape)
+        top = np.where(self.moving, self.full_velocity, 0.0)[:, None, None]
+        worst = np.abs(standing) + top * (np.abs(viscous) + top * np.abs(centrifugal))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            least = np.maximum(usable - worst, floor) / inertia
+            most = np.maximum(usable - np.abs(standing), floor) / inertia
+        binding = (least <= most.min(axis=(1, 2), keepdims=True)).reshape(self.motions, -1)
+        width = max(int(binding.sum(axis=1).max(initial=0)), 1)
+        chosen = np.argsort(~binding, axis=1, kind="stable")[:, :width]
+
+        def take(values: Array) -> Array:
+            return np.take_along_axis(values.reshape(self.motions, -1), chosen, axis=1)
+
+        return _TorqueLimits(*(take(x) for x in (inertia, standing, viscous, centrifugal, usable, floor)))
 
     @cached_property
     def fastest_velocity(self) -> Array:
