@@ -1,8 +1,8 @@
 """The optimisation graph (thesis 3.1): vertices, their order within and between robots, possible collisions.
 
 A vertex is a fine move, or a group of coarse moves with the fine move that ends it: between two stops the robot cannot
-wait. Wait operations, process steps and waits that stand at a move become least waits of the neighbouring vertex; a plan
-may only lengthen them.
+wait. Wait operations, process steps and waits that stand at a move become least waits of the neighbouring vertex; a
+plan may only lengthen them.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
@@ -68,20 +68,14 @@ def uniform_speed_limits(batch: TreeBatch, cycle_times_s: Array) -> Array:
     Returns:
         Speed limits, shape (T, R); not below the batch's slowest one. [-]
     """
-    waits = np.array(
-        [sum(v.least_prior_wait_s + v.least_post_wait_s for v in graph.vertices) for graph in batch.graphs]
-    )
-    budget = np.asarray(cycle_times_s, dtype=float) - waits[:, np.newaxis]
+    fastest = np.array([batch.d_min_s[rows].sum() for rows in batch.rows])
+    required_waits = batch.least_cycles_s - fastest
+    budget = np.asarray(cycle_times_s, dtype=float) - required_waits[:, np.newaxis]
+    counts = [rows.stop - rows.start for rows in batch.rows]
 
-    def fits(limits: Array) -> Array:
-        of_motions = np.concatenate(
-            [
-                np.broadcast_to(row, (rows.stop - rows.start, row.size))
-                for row, rows in zip(limits, batch.rows, strict=True)
-            ]
-        )
-        durations = batch.paths.durations(of_motions)
-        return np.array([durations[rows].sum(axis=0) for rows in batch.rows]) <= budget
+    def fits(limits: Array) -> NDArray[np.bool_]:
+        durations = batch.paths.durations(np.repeat(limits, counts, axis=0))
+        return np.asarray(np.array([durations[rows].sum(axis=0) for rows in batch.rows]) <= budget)
 
     low, high = np.full_like(budget, batch.slowest_speed_limit), np.ones_like(budget)
     slow_enough = fits(low)
@@ -185,18 +179,18 @@ def three_segment_costs(
     Raises:
         InputError: No vertex has a rising line.
     """
-    columns = [np.asarray(x, dtype=float).tolist() for x in (d_min_s, d_opt_s, d_max_s, saving_j, penalty_j)]
-    built = [three_segment_profile(*row, shape) for row in zip(*columns, strict=True)]
-    idle = [slope for _, slope in built]
-    known = [v for v, slope in enumerate(idle) if slope > 0.0]
-    if not known:
-        raise InputError(
-            "no motion of the cycle has a rising energy profile, so there is no idle power to take from it"
-        )
-    filled = [
-        next(idle[(v - back) % len(idle)] for back in range(len(idle)) if idle[(v - back) % len(idle)] > 0.0)
-        for v in range(len(idle))
+    columns = np.array([d_min_s, d_opt_s, d_max_s, saving_j, penalty_j], dtype=float).T.tolist()
+    built = [
+        three_segment_profile(d_min, d_opt, d_max, saving, penalty, shape)
+        for d_min, d_opt, d_max, saving, penalty in columns
     ]
+    idle = [slope for _, slope in built]
+    if not any(slope > 0.0 for slope in idle):
+        raise InputError("no motion of the cycle has a rising energy profile, from which idle power could be taken")
+    filled = []
+    for v in range(len(idle)):
+        before = (idle[(v - back) % len(idle)] for back in range(len(idle)))
+        filled.append(next(slope for slope in before if slope > 0.0))
     return _costs([profile for profile, _ in built], filled, filled)
 
 

@@ -8,7 +8,7 @@ Sets
     L          links (u, v): v of another robot starts after u
     CR         collisions (u, phase, v, phase) with phase in {N, M, W}
 
-Parameters
+Data
     w          cycle time (mutable: one model serves all cycle times of a tree) [s]
     slope_tv, offset_tv    segment t of the profile of v [W], [J]
     d_lo, d_up             shortest and longest duration of v [s]
@@ -48,6 +48,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import pyomo.environ as pyo
 
@@ -152,7 +153,7 @@ def _add_profiles(model: pyo.ConcreteModel, costs: Sequence[VertexCosts]) -> Non
         model.profile.add(sum(model.E_piece[v, g] for g in count) == model.E[v])
 
 
-def _add_cuts(model: pyo.ConcreteModel, part: PiecewiseLinearProfile, dm: object, energy: object, used: object) -> None:
+def _add_cuts(model: pyo.ConcreteModel, part: PiecewiseLinearProfile, dm: Any, energy: Any, used: Any) -> None:
     """`energy` >= offset * `used` + slope * `dm` for each segment."""
     if part.segments == 0:
         model.profile.add(energy >= float(part.energies_j[0]) * used)

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.graph import process_energy_j
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.solve import PlanSolver, SpeedPlan
 from robojoule.planning.writeback import stacked_durations
@@ -61,15 +62,15 @@ class DenseProfiles:
             slower = profile.speed_limits[np.minimum(at + 1, len(profile) - 1)]
             faster = profile.speed_limits[np.maximum(at - 1, 0)]
             limits[motion] = slower[:, np.newaxis] + shares * (faster - slower)[:, np.newaxis]
-        limits = limits.reshape(len(self.profiles), -1)
-        runs = self.batch.paths.simulate(limits)
+        flat = limits.reshape(len(self.profiles), -1)
+        runs = self.batch.paths.simulate(flat)
         self.profiles = [
             measured_profile(
                 np.append(profile.durations_s, d),
                 np.append(profile.energies_j, e),
                 np.append(profile.speed_limits, p),
             )
-            for profile, d, e, p in zip(self.profiles, runs.duration_s, runs.energy_j, limits, strict=True)
+            for profile, d, e, p in zip(self.profiles, runs.duration_s, runs.energy_j, flat, strict=True)
         ]
 
     def costs(self, tree: int, *, below: bool = False) -> list[VertexCosts]:
@@ -126,6 +127,13 @@ def profile_below(profile: PiecewiseLinearProfile) -> PiecewiseLinearProfile:
 def optimal_plans(
     batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, refinements: int = 1
 ) -> list[list[SpeedPlan]]:
+    """Plans of `solve_optimum` alone, R for each tree."""
+    return solve_optimum(batch, cycle_times_s, speed_limits=speed_limits, refinements=refinements)[0]
+
+
+def solve_optimum(
+    batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, refinements: int = 1
+) -> tuple[list[list[SpeedPlan]], list[list[VertexCosts]]]:
     """Plans with the least true energy, each with a proven lower bound.
 
     Args:
@@ -136,7 +144,8 @@ def optimal_plans(
             `TARGET_GAP`, up to `MORE_REFINEMENTS` follow; a larger gap may remain.
 
     Returns:
-        R plans for each tree; `bound_j` bounds the true energy of every plan of that cycle time from below.
+        R plans for each tree, and the costs of each tree's vertices with which they were found. `bound_j` bounds the
+        true energy of every plan of that cycle time from below; both hold the energy of process steps.
 
     Raises:
         CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
@@ -154,10 +163,15 @@ def optimal_plans(
             break
         dense.refine(np.concatenate([stacked_durations(plans), stacked_durations(bounds)], axis=1))
         plans, bounds = _solve(dense, times, below=False), _solve(dense, times, below=True)
-    return [
-        [replace(plan, bound_j=bound.bound_j) for plan, bound in zip(row, lower, strict=True)]
-        for row, lower in zip(plans, bounds, strict=True)
+    steps = [process_energy_j(tree) for tree in batch.trees]
+    proven = [
+        [
+            replace(plan, energy_j=plan.energy_j + fixed, bound_j=bound.bound_j + fixed)
+            for plan, bound in zip(row, lower, strict=True)
+        ]
+        for row, lower, fixed in zip(plans, bounds, steps, strict=True)
     ]
+    return proven, [dense.costs(tree) for tree in range(len(batch.trees))]
 
 
 def _largest_gap(plans: list[list[SpeedPlan]], bounds: list[list[SpeedPlan]]) -> float:

@@ -133,11 +133,12 @@ class PlanSolver:
         cycle_time_s = max(cycle_time_s, self.graph.least_cycle_s(self._least_s))
         if self._model is None:
             self._model = build_model(self.graph, self.costs, cycle_time_s, preference_w=self._preference_w)
-        self._model.w.set_value(cycle_time_s)
+        model = self._model
+        model.w.set_value(cycle_time_s)
         self._solver.config.time_limit = time_limit_s
         case = f"{len(self.graph.vertices)} vertices, {len(self.graph.robots)} robots, cycle time {cycle_time_s:.6g} s"
         try:
-            results = self._solver.solve(self._model)
+            results = self._solver.solve(model)
             condition = results.termination_condition
             if results.incumbent_objective is None:
                 raise PlanningError(f"HiGHS found no plan for {case} ({condition.name})")
@@ -150,11 +151,12 @@ class PlanSolver:
         if not proven and condition != TerminationCondition.maxTimeLimit:
             raise PlanningError(f"HiGHS did not finish {case} ({condition.name})")
         bound = float(results.objective_bound) if results.objective_bound is not None else float("nan")
-        return self._plan(cycle_time_s, "optimal" if proven else "feasible", bound, time.perf_counter() - started)
+        status = "optimal" if proven else "feasible"
+        return self._plan(model, cycle_time_s, status, bound, time.perf_counter() - started)
 
-    def _plan(self, cycle_time_s: float, status: str, bound_j: float, runtime_s: float) -> SpeedPlan:
-        model = self._model
-        assert model is not None  # noqa: S101 - called by solve only
+    def _plan(
+        self, model: pyo.ConcreteModel, cycle_time_s: float, status: str, bound_j: float, runtime_s: float
+    ) -> SpeedPlan:
 
         def values(variable: Any) -> Array:
             return np.array([variable[v].value for v in model.V], dtype=float)

@@ -1,0 +1,93 @@
+"""Plan the experiment trees with every method, simulate the plans, and compare (thesis chapter 6)."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+
+import pyarrow.parquet as pq
+
+from robojoule.config import Params
+from robojoule.documents import atomic_path, write_text
+from robojoule.planning import claims, results
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.experiment import full_speed_energies_j, run_experiment, sensitivity
+from robojoule.planning.experiment_data import read_experiment
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload, Robot
+from stages._cli import run
+from stages.layout import Layout
+
+TABLE_6_2 = (110.0, 121.0, 133.0)
+TABLE_6_3 = (150.0, 175.0, 200.0)
+
+
+def evaluate_plans(params: Params, layout: Layout) -> None:
+    """Write data/plans.parquet, Tables 6.1-6.3, the sensitivity to the payload, claims and metrics."""
+    settings = params.evaluate_plans
+    data = read_experiment(
+        _robot(params, params.robot.payload_kg),
+        trees=layout.trees,
+        trees_dir=layout.trees_dir,
+        motions=layout.motions,
+        runs=layout.runs,
+        samples_dir=layout.samples_dir,
+        predictions=layout.predictions,
+    )
+    cycles = run_experiment(data.batch, data.beliefs, settings, _say)
+    found = _results(data.tree_ids, data.complexities, data.batch, cycles)
+    payloads = []
+    for payload_kg in settings.payload_sensitivity_kg:
+        batch, here = data.batch, found
+        if payload_kg != params.robot.payload_kg:
+            robot = _robot(params, payload_kg)
+            batch = TreeBatch(robot, data.batch.trees, data.batch.slowest_speed_limit)
+            here = _results(data.tree_ids, data.complexities, batch, sensitivity(batch, settings, _say))
+        payloads += results.payload_rows(here, payload_kg)
+    with atomic_path(layout.plans) as temporary:
+        pq.write_table(results.plans_table(found, data.batch), temporary, compression="zstd")
+    for name, rows in {
+        "table_6_1": results.table_6_1(found),
+        "table_6_1_thesis": results.table_6_1_thesis(found),
+        "table_6_2": results.table_by_tree(found, TABLE_6_2),
+        "table_6_3": results.table_by_tree(found, TABLE_6_3),
+        "payload_sensitivity": payloads,
+        "claims_plans": claims.claim_rows(found, data.batch),
+    }.items():
+        write_text(layout.tables_dir / f"{name}.csv", _csv(rows))
+    write_text(layout.metrics_dir / "plans.json", json.dumps(results.metrics(found), indent=2) + "\n")
+
+
+def _robot(params: Params, payload_kg: float) -> Robot:
+    return load_robot(params.robot.name, Payload(payload_kg, params.robot.payload_com_m))
+
+
+def _results(
+    tree_ids: tuple[str, ...], complexities: tuple[str, ...], batch: TreeBatch, cycles: Sequence[results.PlannedCycle]
+) -> results.ExperimentResults:
+    return results.ExperimentResults(
+        tree_ids, complexities, batch.least_cycles_s, full_speed_energies_j(batch), tuple(cycles)
+    )
+
+
+def _csv(rows: Sequence[results.Row]) -> str:
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def _say(text: str) -> None:
+    print(f"evaluate_plans: {text}", flush=True)
+
+
+def main() -> None:
+    """Run from the command line."""
+    run(evaluate_plans)
+
+
+if __name__ == "__main__":
+    main()
