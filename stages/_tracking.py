@@ -10,8 +10,6 @@ import json
 import logging
 import os
 import subprocess
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -57,13 +55,6 @@ class RecordedRun:
     def page(self) -> str:
         """Where the run is shown below the address of `mlflow ui`."""
         return f"/#/experiments/{self.experiment_id}/runs/{self.run_id}"
-
-
-def timed(work: Callable[[], object]) -> float:
-    """Run `work` and return how long it took. [s]"""
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
 
 
 def data_hash(path: Path) -> str:

@@ -6,7 +6,10 @@ import csv
 import io
 import json
 import math
-from dataclasses import asdict
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -22,42 +25,76 @@ from stages._cli import run
 from stages.layout import Layout
 
 Rows = list[dict[str, object]]
+Metrics = dict[str, dict[str, dict[str, float]]]
+
+
+@dataclass(frozen=True)
+class Training:
+    """A fitted model.
+
+    Attributes:
+        model: Its name.
+        estimator: The fitted estimator.
+        fit_s: Time of the fit, for the record only. [s]
+    """
+
+    model: str
+    estimator: Any
+    fit_s: float
 
 
 def train_predictors(params: Params, layout: Layout) -> None:
     """Train on the training trees, predict the test and experiment motions, and record each training in MLflow."""
     features = _read_features(layout)
+    trainings, predictions = fit_models(params, layout, features)
+    metrics = write_tables(layout, features, predictions)
+    record = _tracking.Recorder(layout, params)
+    for training in trainings:
+        print(f"train_predictors: {training.model}, recorded in MLflow", flush=True)
+        record.training(training.model, training.estimator, features, predictions, metrics, training.fit_s)
+
+
+def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list[Training], pa.Table]:
+    """Fit every model on the training motions, export it, and predict all other motions.
+
+    Returns:
+        The fitted models, and the predictions as written.
+
+    Raises:
+        InputError: The features cannot be trained on.
+    """
     splits = np.array(features["split"].to_pylist())
     inputs = predictor.columns(features, names := _input_names(features), layout.features)
     targets = predictor.columns(features, TARGETS, layout.features)
     training, held_out = splits == "train", splits != "train"
     if not training.any() or not (splits == "test").any():
         raise InputError("there are no training or no test motions", file=layout.features, key="split")
+    frame = features.filter(pa.array(training)).select(names).to_pandas()
 
     trainings, tables = [], []
     for model in MODELS:
-        print(f"train_predictors: {model}, {int(training.sum())} motions", flush=True)
+        print(f"train_predictors: {model}, {len(frame)} motions", flush=True)
+        start = time.perf_counter()
         estimator = predictor.make_estimator(model, params.train_predictors)
-        frame = features.filter(pa.array(training)).select(names).to_pandas()
-        seconds = _tracking.timed(lambda e=estimator, f=frame: predictor.fit(e, f, targets[training]))
+        predictor.fit(estimator, frame, targets[training])
+        trainings.append(Training(model, estimator, time.perf_counter() - start))
         portable = predictor.portable(estimator, model, names, TARGETS)
         predictor.export(portable, layout.models_dir / model)
         tables.append(_predictions(features.filter(pa.array(held_out)), model, portable.predict(inputs[held_out])))
-        trainings.append((model, estimator, seconds))
-
     predictions = pa.concat_tables(tables)
     with atomic_path(layout.predictions) as path:
         pq.write_table(predictions, path, compression="zstd")
+    return trainings, predictions
+
+
+def write_tables(layout: Layout, features: pa.Table, predictions: pa.Table) -> Metrics:
+    """Write Table 5.1, the order of suitability, the claims and the metrics; return the metrics."""
     errors, order, metrics = _evaluate(predictions, features)
     _write_csv(layout.tables_dir / "table_5_1.csv", errors)
     _write_csv(layout.tables_dir / "suitability.csv", order)
     _write_csv(layout.tables_dir / "claims_predictors.csv", claims.rows(predictions, metrics))
     write_text(layout.metrics_dir / "predictors.json", json.dumps(metrics, indent=2, allow_nan=False) + "\n")
-
-    record = _tracking.Recorder(layout, params)
-    for model, estimator, seconds in trainings:
-        print(f"train_predictors: {model}, recorded in MLflow", flush=True)
-        record.training(model, estimator, features, predictions, metrics, seconds)
+    return metrics
 
 
 def _read_features(layout: Layout) -> pa.Table:
@@ -96,11 +133,11 @@ def _outliers(features: pa.Table, saving: np.ndarray) -> np.ndarray:
     return marks
 
 
-def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, dict[str, dict[str, dict[str, float]]]]:
+def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, Metrics]:
     """Table 5.1 on the test trees, the order of suitability on test and experiment trees, and the headline figures."""
     errors: Rows = []
     order: Rows = []
-    metrics: dict[str, dict[str, dict[str, float]]] = {target: {} for target in TARGETS} | {"suitability": {}}
+    metrics: Metrics = {target: {} for target in TARGETS} | {"suitability": {}}
     models = np.array(predictions["model"].to_pylist())
     for model in MODELS:
         ours = predictions.filter(pa.array(models == model))
@@ -152,7 +189,7 @@ def _finite(figures: dict[str, float]) -> dict[str, float]:
     return {key: round(value, 6) for key, value in figures.items() if math.isfinite(value)}
 
 
-def _write_csv(path, rows: Rows) -> None:
+def _write_csv(path: Path, rows: Rows) -> None:
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
     writer.writeheader()
