@@ -18,7 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--torque-constants", metavar="KT", help="torque constants, comma-separated, for q1_current_a .. [Nm/A]"
     )
-    parser.add_argument("--smoothing", type=float, metavar="S", help="length for differentiation [s] (default: 0.03)")
+    parser.add_argument(
+        "--smoothing", type=float, metavar="S", help="length for differentiation [s] (default: chosen by noise)"
+    )
     parser.add_argument("--window", type=float, metavar="S", help="length for averaging power [s] (default: 0.1)")
     parser.add_argument("--name", metavar="NAME", help="name of the new robot file (default: the robot's, _identified)")
     parser.add_argument("--out", metavar="FILE", help="write a robot file with the identified drives (JSON or YAML)")
@@ -30,7 +32,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.cli._identification_plot import check_plot_path, write_plot
     from robojoule.documents import write_document
     from robojoule.identification import identify, read_log
-    from robojoule.identification.signals import SMOOTHING_S, WINDOW_S
+    from robojoule.identification.signals import WINDOW_S
 
     if arguments.plot:
         check_plot_path(arguments.plot)
@@ -41,7 +43,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     result = identify(
         log,
         robot,
-        smoothing_s=SMOOTHING_S if arguments.smoothing is None else arguments.smoothing,
+        smoothing_s=arguments.smoothing,
         window_s=WINDOW_S if arguments.window is None else arguments.window,
     )
     if arguments.out:
@@ -53,6 +55,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "payload_kg": robot.payload.mass_kg,
         "log": arguments.log,
         "samples": len(log.time_s),
+        "smoothing_s": result.smoothing_s,
         "with_torque": result.with_torque,
         "braking_share": result.braking_share,
         "parameters": [asdict(parameter) for parameter in result.parameters],
@@ -80,14 +83,15 @@ def show(result: dict[str, Any]) -> None:
     """Print the parameters and how well the model holds."""
     print(f"{result['robot']}, payload {result['payload_kg']:g} kg, {result['samples']} samples of {result['log']}")
     width = max(len(row["name"]) for row in result["parameters"])
-    print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'catalog':>10}  unit")
+    print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'inertia +-':>10}  {'catalog':>10}  unit")
     for row in result["parameters"]:
         if row["identified"]:
-            error, note = f"{row['standard_error']:10.3g}", "  (at its physical bound)" if row["at_bound"] else ""
+            error = f"{row['standard_error']:10.3g}  {row['inertia_error']:10.3g}"
+            note = "  (at its physical bound)" if row["at_bound"] else ""
         elif row["confounded_with"]:
-            error, note = f"{'-':>10}", f"  kept: cannot be told from {', '.join(row['confounded_with'])}"
+            error, note = f"{'-':>10}  {'-':>10}", f"  kept: cannot be told from {', '.join(row['confounded_with'])}"
         else:
-            error, note = f"{'-':>10}", "  kept: too little in the log depends on it"
+            error, note = f"{'-':>10}  {'-':>10}", "  kept: too little in the log depends on it"
         print(
             f"{row['name']:{width}}  {row['value']:10.4g}  {error}  {row['catalog_value']:10.4g}  {row['unit']}{note}"
         )

@@ -12,7 +12,7 @@ from robojoule.drive import Array
 from robojoule.errors import InputError
 from robojoule.identification.log import MeasuredLog
 from robojoule.identification.model import SCALARS, ParameterSpace, evaluate, parameter_space
-from robojoule.identification.signals import SMOOTHING_S, WINDOW_S, Mask, Signals, prepare
+from robojoule.identification.signals import WINDOW_S, Mask, Signals, prepare
 from robojoule.identification.solve import Solution, solve
 from robojoule.robots.model_file import RobotFile
 from robojoule.robots.robot import Robot
@@ -40,6 +40,8 @@ class Parameter:
         unit: Its unit.
         value: Estimate, or the catalog's value where the log does not determine it.
         standard_error: Standard error of the estimate; None if the catalog's value was kept.
+        inertia_error: How far the estimate may be off because each body's inertia is known to 5 % only; None if the
+            catalog's value was kept.
         catalog_value: The catalog's value.
         identified: Whether the log determines it.
         confounded_with: If not: the parameters from which the log cannot tell it (empty: too little depends on it).
@@ -50,6 +52,7 @@ class Parameter:
     unit: str
     value: float
     standard_error: float | None
+    inertia_error: float | None
     catalog_value: float
     identified: bool
     confounded_with: tuple[str, ...]
@@ -91,6 +94,7 @@ class Identification:
         held_out: Score on the windows that took no part.
         held_out_catalog: The same with the catalog's parameters, for comparison.
         braking_share: Share of time in which the bus had a surplus. [-]
+        smoothing_s: Length over which positions were differentiated. [s]
         with_torque: Whether measured torques were used.
         window_time_s: Middle of each window, shape (W,). [s]
         measured_w: Measured mean power of each window, shape (W,). [W]
@@ -105,6 +109,7 @@ class Identification:
     held_out: Score
     held_out_catalog: Score
     braking_share: float
+    smoothing_s: float
     with_torque: bool
     window_time_s: Array
     measured_w: Array
@@ -151,14 +156,15 @@ class Identification:
 
 
 def identify(
-    log: MeasuredLog, robot: Robot, *, smoothing_s: float = SMOOTHING_S, window_s: float = WINDOW_S
+    log: MeasuredLog, robot: Robot, *, smoothing_s: float | None = None, window_s: float = WINDOW_S
 ) -> Identification:
     """Estimate friction, copper loss, base and active power and the efficiencies of a robot's drives.
 
     Args:
         log: Checked log, see `read_log`.
         robot: The robot with its payload; its link inertias, gear ratios and rotor inertias are taken as given.
-        smoothing_s: Length of the stretch over which positions are differentiated. [s]
+        smoothing_s: Length of the stretch over which positions are differentiated; chosen from their noise if not
+            given. [s]
         window_s: Length over which power is averaged. [s]
 
     Raises:
@@ -182,6 +188,7 @@ def identify(
         held_out=_score(signals, measured, final.window_power_w, held_out),
         held_out_catalog=_score(signals, measured, catalog.window_power_w, held_out),
         braking_share=float(signals.weight_s @ (final.bus_w < 0.0) / signals.weight_s.sum()),
+        smoothing_s=signals.smoothing_s,
         with_torque=signals.torque_nm is not None,
         window_time_s=signals.average(signals.time_s),
         measured_w=measured,
@@ -202,11 +209,12 @@ def _parameters(space: ParameterSpace, solution: Solution, robot: Robot) -> list
     rows = []
     for index, name in enumerate(space.names):
         value, catalog = float(solution.theta[index]), float(space.start[index])
-        error = float(solution.standard_error[index])
+        error, moved = float(solution.standard_error[index]), float(solution.inertia_error[index])
         lower, upper = float(space.lower[index]), float(space.upper[index])
         free = bool(solution.free[index])
         if name == "inverter_efficiency":  # estimated as its reciprocal
-            error, value, catalog = error / value**2, 1.0 / value, robot.drives.inverter_efficiency
+            error, moved = error / value**2, moved / value**2
+            value, catalog = 1.0 / value, robot.drives.inverter_efficiency
             lower, upper = 1.0 / upper, 1.0 / lower
         margin = 1e-6 * float(space.scale[index])
         rows.append(
@@ -215,6 +223,7 @@ def _parameters(space: ParameterSpace, solution: Solution, robot: Robot) -> list
                 unit=UNITS[name.rsplit(".", 1)[-1]],
                 value=value if free else catalog,
                 standard_error=error if free else None,
+                inertia_error=moved if free else None,
                 catalog_value=catalog,
                 identified=free,
                 confounded_with=solution.confounded.get(name, ()),

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from robojoule.drive import Array
@@ -24,8 +25,10 @@ from robojoule.robots.robot import Payload, Robot
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-SMOOTHING_S = 0.03  # about a jerk phase: longer rounds off the corners of the acceleration
 WINDOW_S = 0.1
+LONGEST_SMOOTHING_S = 0.12
+ACCELERATION_NOISE = 0.03  # of the acceleration's root mean square: what smoothing must bring the noise down to
+INERTIA_UNCERTAINTY = 0.05  # relative; catalogs and CAD models are rarely better
 REST_SPEED = 0.002  # of the speed limit: below it a joint stands
 STOP_SPEED = 0.03  # of the speed limit: below it one motion ends and the next begins
 LONGEST_BLOCK_S = 6.0
@@ -45,6 +48,8 @@ class Signals:
         direction: Sign of the velocity, 0 where a joint stands, shape (T, n). [-]
         moving: Whether any joint moves, shape (T,).
         load_nm: Rigid-body and rotor-inertia torques on the link side (no friction), shape (T, n). [Nm]
+        load_change_nm: Their change if one moving body were heavier by `INERTIA_UNCERTAINTY`, shape (n, T, n). [Nm]
+        smoothing_s: Length over which positions were differentiated. [s]
         torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
         power_w: Mains power, shape (T,). [W]
         weight_s: Trapezoidal weights: the share of time of each instant, shape (T,). [s]
@@ -59,6 +64,8 @@ class Signals:
     direction: Array
     moving: Mask
     load_nm: Array
+    load_change_nm: Array
+    smoothing_s: float
     torque_nm: Array | None
     power_w: Array
     weight_s: Array
@@ -85,12 +92,12 @@ def local_cubic(time_s: Array, values: Array, smoothing_s: float) -> tuple[Array
     Args:
         time_s: Instants, rising, shape (T,). [s]
         values: Samples, shape (T, n).
-        smoothing_s: Length of the stretch that one cubic is fitted to; at least seven samples. [s]
+        smoothing_s: Length of the stretch that one cubic is fitted to; at least five samples. [s]
 
     Returns:
         Three arrays of shape (T, n).
     """
-    half = max(3, round(smoothing_s / float(np.median(np.diff(time_s))) / 2.0))
+    half = max(2, round(smoothing_s / float(np.median(np.diff(time_s))) / 2.0))
     count = len(time_s)
     width = min(2 * half + 1, count)
     results = (np.empty_like(values), np.empty_like(values), np.empty_like(values))
@@ -102,32 +109,62 @@ def local_cubic(time_s: Array, values: Array, smoothing_s: float) -> tuple[Array
         scale = np.abs(x).max(axis=1)
         x = x / scale[:, None]
         basis = x[:, :, None] ** np.arange(4)
-        # Columns of the pseudoinverse by QR: stable also for unevenly spaced samples.
-        q, r = np.linalg.qr(basis)
-        coefficients = np.linalg.solve(r, np.swapaxes(q, 1, 2)) @ values[index]
+        transposed = np.swapaxes(basis, 1, 2)  # |x| <= 1 keeps the normal equations well conditioned
+        coefficients = np.linalg.solve(transposed @ basis, transposed @ values[index])
         results[0][centre] = coefficients[:, 0]
         results[1][centre] = coefficients[:, 1] / scale[:, None]
         results[2][centre] = 2.0 * coefficients[:, 2] / scale[:, None] ** 2
     return results
 
 
-def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float = SMOOTHING_S, window_s: float = WINDOW_S) -> Signals:
+def choose_smoothing(time_s: Array, position_rad: Array) -> float:
+    """The shortest smoothing that keeps the acceleration's noise small.
+
+    Longer smoothing rounds off the corners of the acceleration (a jerk phase lasts some 25 ms), shorter lets the
+    encoders' noise through. Noise is read off what a cubic through seven samples leaves over; its share in the second
+    derivative over 2 h + 1 samples falls as h^-2.5.
+
+    Args:
+        time_s: Instants, shape (T,). [s]
+        position_rad: Positions, shape (T, n). [rad]
+
+    Returns:
+        Smoothing length. [s]
+    """
+    step = float(np.median(np.diff(time_s)))
+    fitted, _, curvature = local_cubic(time_s, position_rad, 6.0 * step)
+    sevens = 2.0 / 3.0  # share of the noise's variance that a cubic through seven samples leaves at their middle
+    noise = np.std(position_rad - fitted, axis=0) / np.sqrt(sevens)
+    half = 2
+    while (2 * half + 2) * step <= LONGEST_SMOOTHING_S:
+        samples = 2 * half + 1
+        spread = np.sqrt(720.0 / (samples * (samples**2 - 1) * (samples**2 - 4))) * noise / step**2
+        acceleration = np.sqrt(np.mean(curvature**2, axis=0))
+        if np.all(spread <= ACCELERATION_NOISE * acceleration.max()):
+            break
+        half += 1
+    return round(2.0 * half * step, 9)
+
+
+def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, window_s: float = WINDOW_S) -> Signals:
     """Differentiate, find motions, compute rigid-body torques.
 
     Args:
         log: Checked log.
         robot: Robot with its payload (the log's own payload column takes precedence).
-        smoothing_s: See `local_cubic`. [s]
+        smoothing_s: See `local_cubic`; chosen by `choose_smoothing` if not given. [s]
         window_s: Length over which power is averaged. [s]
 
     Raises:
         InputError: Smoothing or window out of range, too short a log, or velocities that contradict the positions.
     """
     for name, value in (("smoothing", smoothing_s), ("window", window_s)):
-        if not 0.0 < value <= 1.0:
+        if value is not None and not 0.0 < value <= 1.0:
             raise InputError(f"{value} s is no length for the {name}", allowed="above 0 and at most 1 s")
     if len(log.time_s) < 50:
         raise InputError(f"the log has {len(log.time_s)} rows only", file=log.source, allowed="at least 50")
+    if smoothing_s is None:
+        smoothing_s = choose_smoothing(log.time_s, log.position_rad)
     position, velocity, acceleration = local_cubic(log.time_s, log.position_rad, smoothing_s)
     if log.velocity_rad_s is not None:
         _check_measured_velocity(log, velocity)
@@ -137,8 +174,11 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float = SMOOTHING_S, wi
     moving = ~np.all(stands, axis=1)
     velocity = np.where(stands, 0.0, velocity)
     acceleration = np.where(moving[:, None], acceleration, 0.0)
-    load = _rigid_torques(log, robot, position, velocity, acceleration)
-    load += robot.drives.reflected_inertia_kg_m2 * acceleration
+    rigid = _rigid_torques(log, robot, position, velocity, acceleration)
+    heavier = [
+        _rigid_torques(log, robot, position, velocity, acceleration, body) - rigid for body in range(robot.joint_count)
+    ]
+    load = rigid + robot.drives.reflected_inertia_kg_m2 * acceleration
     weight = np.gradient(log.time_s)
     weight[[0, -1]] /= 2.0
     start, window_block, blocks = _windows(log.time_s, speed.max(axis=1), window_s)
@@ -152,6 +192,8 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float = SMOOTHING_S, wi
         direction=np.sign(velocity),
         moving=moving,
         load_nm=load,
+        load_change_nm=np.stack(heavier),
+        smoothing_s=smoothing_s,
         torque_nm=log.torque_nm,
         power_w=log.power_w,
         weight_s=weight,
@@ -178,10 +220,11 @@ def _check_measured_velocity(log: MeasuredLog, derived: Array) -> None:
             )
 
 
-def _rigid_torques(log: MeasuredLog, robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
-    if log.payload_kg is None:
-        return inverse_dynamics(robot, q, qd, qdd)
-    masses = np.unique(log.payload_kg)
+def _rigid_torques(
+    log: MeasuredLog, robot: Robot, q: Array, qd: Array, qdd: Array, heavier_body: int | None = None
+) -> Array:
+    """Rigid-body torques (T, n), payload by payload; one body may be heavier than the robot file says."""
+    masses = np.unique(log.payload_kg) if log.payload_kg is not None else np.array([robot.payload.mass_kg])
     if len(masses) > _MOST_PAYLOADS:
         raise InputError(
             f"the log names {len(masses)} payloads",
@@ -189,10 +232,17 @@ def _rigid_torques(log: MeasuredLog, robot: Robot, q: Array, qd: Array, qdd: Arr
             key="payload_kg",
             allowed=f"up to {_MOST_PAYLOADS}",
         )
-    torque = np.empty_like(q)
+    torque, payload = np.empty_like(q), robot.payload
     for mass in masses:
-        rows = log.payload_kg == mass
-        loaded = Robot(robot.file, Payload(float(mass), robot.payload.com_m))
+        rows = np.full(len(q), True) if log.payload_kg is None else log.payload_kg == mass
+        loaded = Robot(robot.file, payload if log.payload_kg is None else Payload(float(mass), payload.com_m))
+        if heavier_body is not None:
+            inertia = loaded.model.inertias[heavier_body + 1]
+            loaded.model.inertias[heavier_body + 1] = pin.Inertia(
+                inertia.mass * (1.0 + INERTIA_UNCERTAINTY),
+                inertia.lever,
+                inertia.inertia * (1.0 + INERTIA_UNCERTAINTY),
+            )
         torque[rows] = inverse_dynamics(loaded, q[rows], qd[rows], qdd[rows])
     return torque
 

@@ -9,7 +9,7 @@ parameter with the greatest part in it keeps its catalog value.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -50,6 +50,7 @@ class Solution:
     Attributes:
         theta: Parameters, shape (P,).
         standard_error: Their standard errors; NaN for those kept, shape (P,).
+        inertia_error: How far wrong inertias may have moved them, shape (P,); see `_inertia_error`.
         free: Which parameters were estimated, shape (P,).
         confounded: For each parameter kept, the parameters that it cannot be told from (empty: nothing excites it).
         iterations: Gauss-Newton steps of the last fit.
@@ -58,6 +59,7 @@ class Solution:
 
     theta: Array
     standard_error: Array
+    inertia_error: Array
     free: Mask
     confounded: dict[str, tuple[str, ...]]
     iterations: int
@@ -146,9 +148,9 @@ def _step(space: ParameterSpace, rows: Residuals, theta: Array, free: Mask) -> A
     root = np.sqrt(_weights(rows.values))
     matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
     target = root * rows.values + matrix @ (theta[free] / space.scale[free])
-    q, r = np.linalg.qr(matrix)
+    triangle = np.linalg.qr(np.column_stack([matrix, target]), mode="r")  # a small problem with the same minimiser
     bounds = (space.lower[free] / space.scale[free], space.upper[free] / space.scale[free])
-    solution = lsq_linear(r, q.T @ target, bounds=bounds, method="bvls")
+    solution = lsq_linear(triangle[:, :-1], triangle[:, -1], bounds=bounds, method="bvls")
     result = theta.copy()
     result[free] = np.clip(solution.x, *bounds) * space.scale[free]
     return result
@@ -230,7 +232,26 @@ def solve(space: ParameterSpace, signals: Signals) -> Solution:
         theta[columns[drop]] = np.clip(space.start, space.lower, space.upper)[columns[drop]]
     error = np.full(len(theta), np.nan)
     error[free] = np.sqrt(((vectors * deviation[:, None]) ** 2).sum(axis=0)) * inflation * space.scale[free]
-    return Solution(theta, error, free, confounded, iterations, evaluation)
+    moved = _inertia_error(problem, theta, free, scales)
+    return Solution(theta, error, moved, free, confounded, iterations, evaluation)
+
+
+def _inertia_error(problem: Problem, theta: Array, free: Mask, scales: list[float]) -> Array:
+    """Root of the summed squared shifts that one heavier body after the other would cause, shape (P,).
+
+    Standard errors cannot see that the robot file's inertias are wrong; this does, to first order.
+    """
+    space, signals = problem.space, problem.signals
+    rows = _whiten(problem.raw(problem.evaluate(theta)), scales)
+    root = np.sqrt(_weights(rows.values))
+    matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
+    total = np.zeros(len(theta))
+    for change in signals.load_change_nm:
+        heavier = Problem(space, replace(signals, load_nm=signals.load_nm + change))
+        values = _whiten(heavier.raw(heavier.evaluate(theta)), scales).values
+        shift = np.linalg.lstsq(matrix, root * (values - rows.values), rcond=None)[0]
+        total[free] += (shift * space.scale[free]) ** 2
+    return np.asarray(np.sqrt(total))
 
 
 def _drop_unexcited(

@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
+from robojoule.drive import mains_power_w
+from robojoule.dynamics import inverse_dynamics
+from robojoule.identification import MeasuredLog
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
@@ -82,16 +85,17 @@ def trajectory(seed, motions, *, rate_hz=250.0, jitter=0.0, payload_kg=10.0, res
     rng = np.random.default_rng(seed)
     robot = load_robot(name, Payload(payload_kg))
     n = robot.joint_count
-    joints = range(n) if joints is None else joints
+    joints = list(range(n)) if joints is None else joints
     lower, upper = np.maximum(robot.lower_rad, -2.2), np.minimum(robot.upper_rad, 2.2)
     configurations = [robot.home_rad.copy()]
-    for _ in range(motions):
+    while len(configurations) <= motions:
         target = configurations[-1].copy()
-        chosen = [j for j in joints if rng.random() < 0.6] or [rng.choice(list(joints))]
-        for j in chosen:
-            middle = robot.home_rad[j] if lower[j] < robot.home_rad[j] < upper[j] else (lower[j] + upper[j]) / 2
-            target[j] = np.clip(middle + rng.uniform(-1.2, 1.2), lower[j], upper[j])
-        configurations.append(target)
+        for j in joints:
+            if len(joints) == 1 or rng.random() < 0.6:
+                middle = robot.home_rad[j] if lower[j] < robot.home_rad[j] < upper[j] else (lower[j] + upper[j]) / 2
+                target[j] = np.clip(middle + rng.uniform(-1.2, 1.2), lower[j], upper[j])
+        if np.abs(target - configurations[-1]).max() > 0.2:
+            configurations.append(target)
     points = np.array(configurations)
     paths = MotionPaths(robot, points[:-1], points[1:])
     limits = rng.choice([0.15, 0.3, 0.5, 0.7, 1.0], motions)
@@ -137,3 +141,34 @@ def make_log(plant, seed, motions=40, *, noise=0.02, encoder_rad=1e-5, torques=F
             columns[f"q{joint + 1}_torque_nm"] = noisy[:, joint]
     columns["power_w"] = power * (1.0 + noise * rng.standard_normal(len(power)))
     return columns, power
+
+
+def as_log(columns, source="log", joints=6):
+    """The columns as a checked log would hold them."""
+    torque = None
+    if "q1_torque_nm" in columns:
+        torque = np.stack([columns[f"q{j}_torque_nm"] for j in range(1, joints + 1)], axis=1)
+    position = np.stack([columns[f"q{j}_rad"] for j in range(1, joints + 1)], axis=1)
+    return MeasuredLog(source, columns["time_s"], position, columns["power_w"], torque_nm=torque)
+
+
+def predicted_power(robot, q, qd, qdd):
+    """Mains power (T,) that a robot's drive model predicts, from the equations of the library's `drive` module."""
+    drives = robot.drives
+    load = inverse_dynamics(robot, q, qd, qdd) + drives.reflected_inertia_kg_m2 * qdd
+    torque = load + drives.coulomb_nm * np.sign(qd) + drives.viscous_nm_s_per_rad * qd
+    bus = (torque * qd).sum(axis=1) + torque**2 @ drives.copper_w_per_joint_nm2
+    moving = np.any(qd != 0.0, axis=1)
+    return mains_power_w(drives, bus) - drives.drive_active_power_w * ~moving
+
+
+def judge(plant, robot, seed, motions=25, payload_kg=10.0):
+    """Errors against noise-free power on fresh motions: RMSE over mean power, and of each motion's energy. [%]"""
+    _, q, qd, qdd, motion = trajectory(seed, motions, payload_kg=payload_kg, name=plant.name)
+    _, true = plant.torque_and_power(q, qd, qdd, payload_kg)
+    model = predicted_power(robot, q, qd, qdd)
+    rmse = 100.0 * np.sqrt(np.mean((model - true) ** 2)) / true.mean()
+    energies = [(model[motion == i].sum(), true[motion == i].sum()) for i in range(motions)]
+    each = np.array([100.0 * (m / t - 1.0) for m, t in energies])
+    total = 100.0 * (sum(m for m, _ in energies) / sum(t for _, t in energies) - 1.0)
+    return rmse, total, each
