@@ -12,7 +12,7 @@ from robojoule.robots.model_file import RobotFile
 from robojoule.robots.robot import Payload, Robot
 
 PAYLOAD_COM_M = (0.0, 0.0, 0.1)
-_CONFIGURATIONS = 1000
+_CONFIGURATIONS = 500
 
 
 @dataclass(frozen=True)

@@ -192,6 +192,15 @@ class Scaling:
         """Effort limits from static and dynamic need, shape (6,). [Nm]"""
         return self.effort_rule(cobot=name in self.anchors.cobots.names).effort_nm(self.files[name])
 
+    @cached_property
+    def own_rules(self) -> dict[str, EffortRule]:
+        """Constants of every arm with published effort limits, by name."""
+        return {
+            name: EffortRule.of(file, counterbalanced=name in self.anchors.counterbalanced)
+            for name, file in self.files.items()
+            if file.provenance["effort"].kind == "published"
+        }
+
     def effort_rule(self, *, cobot: bool, without: str = "") -> EffortRule:
         """Rule for effort limits: medians over the arms with published ones.
 
@@ -199,13 +208,8 @@ class Scaling:
             cobot: Over collaborative instead of industrial arms.
             without: Name of an arm to leave out (cross-validation).
         """
-        rules = [
-            EffortRule.of(file, counterbalanced=name in self.anchors.counterbalanced)
-            for name, file in self.files.items()
-            if file.provenance["effort"].kind == "published"
-            and name != without
-            and (name in self.anchors.cobots.names) == cobot
-        ]
+        cobots = self.anchors.cobots.names
+        rules = [rule for name, rule in self.own_rules.items() if name != without and (name in cobots) == cobot]
         return EffortRule(*np.nanmedian([astuple(rule) for rule in rules], axis=0))
 
     def rebuild(self, name: str, data: dict[str, Any]) -> dict[str, Any]:

@@ -48,6 +48,16 @@ class CounterbalanceFigures(Document):
     zero_deg: float
 
 
+class RunFigures(Document):
+    """What the recorded runs carry, and the pose that their positions count from."""
+
+    payload_kg: float
+    payload_com_m: Vector
+    payload_note: str
+    position_zero_deg: Six
+    position_note: str
+
+
 class Kr300(Document):
     """Identified figures of a KUKA KR300 R2500 ultra; source and licence stand in the file."""
 
@@ -61,8 +71,7 @@ class Kr300(Document):
     inertia_kg_m2_xx_yy_zz_xy_yz_xz: list[Six]
     rotor_inertia_kg_m2: Six
     gear_ratio: Six
-    payload_kg: float
-    payload_com_m: Vector
+    runs: RunFigures
     position_limits_deg: list[tuple[float, float]]
     identified_up_to_deg_per_s: float
     rated_payload_kg: float

@@ -1,0 +1,1 @@
+"""Validation of the physics against measurements of real machines."""
