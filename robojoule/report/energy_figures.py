@@ -10,6 +10,7 @@ from robojoule.report.profile_figures import typical_motion
 from robojoule.report.results import Columns, Results
 from robojoule.report.style import Style
 
+MINUS = "\N{MINUS SIGN}"
 LABELLED_TREES = 40  # more bars than this leave no room for names
 
 
@@ -25,7 +26,11 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
     duration, parts = rows["duration_s"], _used(rows)
     best = int(np.argmin(rows["energy_j"]))
     changes = {part: rows[part][best] - rows[part][0] for part in parts}
-    change = ", ".join(f"{ENERGY_PARTS[part]} {value:+.0f} J" for part, value in changes.items() if abs(value) >= 0.5)
+    change = ", ".join(
+        f"{ENERGY_PARTS[part]} {value:+.0f} J".replace("-", MINUS)
+        for part, value in changes.items()
+        if abs(value) >= 0.5
+    )
     # Energy gained by going down is drawn below zero, so that the stack ends at the sum.
     positive, negative = np.zeros_like(duration), np.zeros_like(duration)
     for part, color in zip(parts, style.colors(len(parts)), strict=True):

@@ -52,9 +52,9 @@ _SHORT = {
 
 
 def method_label(method: str, krc_segments: str | int | float | None = None) -> str:
-    """Name of a method, with its number of chords where it has one."""
+    """Name of a method, with its number of linear segments where it has one."""
     label = METHODS.get(method, method.replace("_", " "))
-    return f"{label}, {int(float(krc_segments))} chords" if krc_segments not in (None, "") else label
+    return f"{label}, {int(float(krc_segments))} segments" if krc_segments not in (None, "") else label
 
 
 def feature_label(feature: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.errors import InputError
-from robojoule.report.drawing import Drawing, spread
+from robojoule.report.drawing import Drawing
 from robojoule.report.labels import METHODS, method_label
 from robojoule.report.results import Columns, Results, Rows, number, published
 from robojoule.report.style import BLUE, GREY, RED, Style
@@ -55,9 +55,14 @@ def plan_of(results: Results, tree: str, method: str, relaxation_percent: float)
         relaxation_percent: Relaxation wanted. [%]
     """
     rows = results.query(
-        "WITH chosen AS (SELECT relaxation_percent, krc_segments, point_spacing FROM plans WHERE tree_id = $1 AND"
-        " method = $2 ORDER BY abs(relaxation_percent - $3), relaxation_percent, krc_segments,"
-        " point_spacing DESC NULLS LAST LIMIT 1)"
+        # Of two spacings of the profiling runs, take the one that saves more, as the tables do.
+        "WITH spacing AS (SELECT p.point_spacing, avg(p.simulated_energy_j / base.simulated_energy_j) AS share"
+        " FROM plans AS p JOIN plans AS base USING (tree_id, relaxation_percent, vertex)"
+        " WHERE p.method = $2 AND base.method = 'unoptimized' GROUP BY p.point_spacing"
+        " ORDER BY share, p.point_spacing DESC LIMIT 1),"
+        " chosen AS (SELECT relaxation_percent, krc_segments, plans.point_spacing FROM plans JOIN spacing"
+        " ON plans.point_spacing IS NOT DISTINCT FROM spacing.point_spacing WHERE tree_id = $1 AND method = $2"
+        " ORDER BY abs(relaxation_percent - $3), relaxation_percent, krc_segments LIMIT 1)"
         " SELECT plans.* FROM plans, chosen WHERE tree_id = $1 AND method = $2"
         " AND plans.relaxation_percent = chosen.relaxation_percent"
         " AND plans.krc_segments IS NOT DISTINCT FROM chosen.krc_segments"
@@ -70,7 +75,7 @@ def plan_of(results: Results, tree: str, method: str, relaxation_percent: float)
         return None
     segments = rows["krc_segments"][0]
     label = method_label(method, segments if segments == segments else None)  # NaN: no chords
-    return Plan(label, float(rows["relaxation_percent"][0]), [str(name) for name in rows["vertex"]], rows)
+    return Plan(label, float(rows["relaxation_percent"][0]), [str(name) for name in rows["move"]], rows)
 
 
 def _plans(results: Results, methods: tuple[str, ...], relaxation_percent: float) -> list[Plan]:
@@ -143,6 +148,7 @@ def power_over_time(results: Results, style: Style) -> Drawing:
         where = f", the longest from {longest[0]:.1f} to {longest[1]:.1f} s" if longest else ""
         texts.append(f"{plan.method}: {energy:.0f} J, waits {waited:.2f} s in all{where}")
     axes[-1, 0].set_xlabel("time [s]")
+    axes[-1, 0].set_ylim(bottom=0)
     figure.supylabel("mains power [W]", fontsize=9)
     summary = "; ".join(texts)
     return Drawing(
@@ -191,7 +197,7 @@ def savings(results: Results, style: Style) -> Drawing:
                 linewidth=0.8,
                 marker=marker,
                 markersize=5,
-                label=f"thesis, {method}, set of {segments} chords",
+                label=f"thesis, {method}, {segments} segments",
             )
     ax.set_xlabel("cycle time [% of the least one]")
     ax.set_ylabel("energy saving, Eq. 6.1 [%]")
@@ -230,26 +236,47 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
 
 
 def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
-    """Saving of every method over the payload, one plot a cycle time; None if the sensitivity was not computed."""
-    rows = [row for row in results.table("payload_sensitivity") or [] if row["method"] != "unoptimized"]
+    """Mean power at full speed and saving of the optimum with other payloads; None if they were not asked for."""
+    rows = [row for row in results.table("payload_sensitivity") or [] if row["method"] == "optimum"]
     if not rows:
         return None
-    relaxations = sorted({number(row["relaxation_percent"]) for row in rows})
-    chosen = [relaxations[place] for place in spread(len(relaxations), 3)]
-    figure, axes = style.figure(0.66, 1, len(chosen), squeeze=False, sharey=True)
-    for ax, relaxation in zip(axes[0], chosen, strict=True):
-        here = [row for row in rows if number(row["relaxation_percent"]) == relaxation]
-        for label, payloads, values, look in _lines(here, "saving_percent", style, over="payload_kg"):
-            ax.plot(payloads, values, **look, label=label)
-        ax.set_title(f"cycle time {relaxation:g} %")
-        ax.set_xlabel("payload [kg]")
-    axes[0, 0].set_ylabel("energy saving, Eq. 6.1 [%]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
-    weights = ", ".join(f"{payload:g}" for payload in sorted({number(row["payload_kg"]) for row in rows}))
+    payloads = sorted({number(row["payload_kg"]) for row in rows})
+    figure, (power, saving) = style.figure(0.5, 1, 2, width_ratios=(1, 2))
+    powers, texts = [], []
+    for place, (payload, color) in enumerate(zip(payloads, style.colors(len(payloads)), strict=True)):
+        here = sorted(
+            (row for row in rows if number(row["payload_kg"]) == payload),
+            key=lambda row: number(row["relaxation_percent"]),
+        )
+        powers.append(number(here[0]["mean_power_full_speed_w"]))
+        power.bar(place, powers[-1], color=color)
+        relaxations = [number(row["relaxation_percent"]) for row in here]
+        savings_percent = [number(row["saving_percent"]) for row in here]
+        saving.plot(
+            relaxations,
+            savings_percent,
+            color=color,
+            marker=MARKERS[place % len(MARKERS)],
+            markersize=4.5,
+            label=f"{payload:g} kg",
+        )
+        texts.append(
+            f"{payload:g} kg: {powers[-1]:.0f} W, saving {savings_percent[0]:.1f} % at {relaxations[0]:g} % and "
+            f"{savings_percent[-1]:.1f} % at {relaxations[-1]:g} %"
+        )
+    power.set_xticks(range(len(payloads)), [f"{payload:g}" for payload in payloads])
+    power.set_xlabel("payload [kg]")
+    power.set_ylabel("mean power at full speed [W]")
+    power.grid(axis="x", visible=False)
+    saving.set_xlabel("cycle time [% of the least one]")
+    saving.set_ylabel("saving of the optimum, Eq. 6.1 [%]")
+    saving.legend(title="payload")
+    summary = "; ".join(texts)
     return Drawing(
         figure,
-        f"Average energy saving with payloads of {weights} kg, for three of the cycle times.",
-        f"Lines of energy saving over the payload ({weights} kg), one a method.",
+        "Mean power of the experiment trees at full speed, and energy saving of the proven optimum, with other "
+        f"payloads. {summary}.",
+        f"Bars of power over payload, and lines of energy saving over cycle time, one a payload. {summary}.",
     )
 
 
@@ -261,9 +288,7 @@ def _table(results: Results) -> Rows:
     return rows
 
 
-def _lines(
-    rows: Rows, column: str, style: Style, over: str = "relaxation_percent"
-) -> list[tuple[str, list[float], list[float], dict[str, Any]]]:
+def _lines(rows: Rows, column: str, style: Style) -> list[tuple[str, list[float], list[float], dict[str, Any]]]:
     """Lines of a plot, one a method and number of chords, in the order of `METHODS`: label, x, y, look."""
     order = list(METHODS)
     keys = sorted(
@@ -274,13 +299,13 @@ def _lines(
     for place, (key, color) in enumerate(zip(keys, style.colors(len(keys)), strict=True)):
         chosen = sorted(
             (row for row in rows if (row["method"], row.get("krc_segments") or "") == key),
-            key=lambda row: number(row[over]),
+            key=lambda row: number(row["relaxation_percent"]),
         )
         look = {"color": color, "marker": MARKERS[place % len(MARKERS)], "markersize": 4.5}
         lines.append(
             (
                 method_label(*key),
-                [number(row[over]) for row in chosen],
+                [number(row["relaxation_percent"]) for row in chosen],
                 [number(row[column]) for row in chosen],
                 look,
             )

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from robojoule.predictor.evaluation import outliers
-from robojoule.profile import ThreeSegmentShape, three_segment_profile
+from robojoule.profile import MeasuredProfile, ThreeSegmentShape, three_segment_profile
 from robojoule.report.drawing import Drawing, spread
 from robojoule.report.labels import MODELS, TARGETS
 from robojoule.report.results import Columns, Results
 from robojoule.report.style import BLUE, OVER, RED, UNDER, Style
 
 EXAMPLES = 6
+
+
+class ProfileSource(Protocol):
+    """Knows the simulated runs of motions, as `Results` does."""
+
+    def profile(self, motion_id: int) -> MeasuredProfile:
+        """Distinct runs of a motion."""
+        ...
 
 
 def predicted_against_measured(predictions: Columns, target: str, style: Style) -> Drawing:
@@ -93,19 +101,19 @@ def predicted_profiles(results: Results, style: Style) -> Drawing:
     return overlapping_profiles(rows, results, style, results.shape)
 
 
-def overlapping_profiles(rows: Columns, results: Results, style: Style, shape: ThreeSegmentShape) -> Drawing:
+def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, shape: ThreeSegmentShape) -> Drawing:
     """Draw some predicted profiles over their measured ones, from the best to the worst predicted saving.
 
     Args:
         rows: Predicted and true figures of N motions, best prediction first.
-        results: Results of the stages.
+        profiles: Where the measured runs come from.
         style: Look.
         shape: Constants of the three-segment profile.
     """
     places = spread(len(rows["motion_id"]), EXAMPLES)
     figure, axes = style.figure(0.62, 2, 3, squeeze=False)
     for ax, place in zip(axes.flat, places, strict=False):
-        _draw_pair(ax, {name: values[place] for name, values in rows.items()}, results, shape)
+        _draw_pair(ax, {name: values[place] for name, values in rows.items()}, profiles, shape)
     for ax in axes.flat[len(places) :]:
         ax.set_axis_off()
     if places:
@@ -122,8 +130,8 @@ def overlapping_profiles(rows: Columns, results: Results, style: Style, shape: T
     )
 
 
-def _draw_pair(ax: Any, row: dict[str, Any], results: Results, shape: ThreeSegmentShape) -> None:
-    measured = results.profile(row["motion_id"])
+def _draw_pair(ax: Any, row: dict[str, Any], profiles: ProfileSource, shape: ThreeSegmentShape) -> None:
+    measured = profiles.profile(row["motion_id"])
     predicted, _ = three_segment_profile(
         float(row["duration_fastest_s"]),
         float(row["optimal_duration_s"]),

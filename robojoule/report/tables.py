@@ -65,7 +65,7 @@ def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str)
     if published_suffix:
         for method, key in (("KRC polynomial", "krc"), ("predicted", "pred")):
             for row in published("table_6_1"):
-                label = f"thesis: {method}, set of {row['krc_segments']} chords"
+                label = f"thesis: {method}, trees of {row['krc_segments']} segments"
                 value = number(row[f"{key}_{published_suffix}"])
                 lines.setdefault(label, {})[number(row["relaxation_percent"])] = value
     trees = " to ".join(dict.fromkeys(sorted((row["trees"] for row in rows), key=number)))
@@ -174,7 +174,7 @@ def difference(results: Results) -> Table | None:
             pred - krc,
             their_pred - their_krc,
         )
-        body.append((f"{relaxation:g} %, {segments} chords", *(_cell(value) for value in values)))
+        body.append((f"{relaxation:g} %, {segments} segments", *(_cell(value) for value in values)))
     head = (
         "cycle time",
         "KRC, ours",
