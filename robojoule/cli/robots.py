@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+GROUPS = ("kinematics", "limits", "effort", "inertia", "capsules", "drives")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """No arguments of its own."""
@@ -23,7 +25,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
                 "vendor": file.vendor,
                 "joints": len(file.moving_joints),
                 "rated_payload_kg": file.rated_payload_kg,
+                "reach_m": round(file.reach_m, 3),
+                "mass_kg": round(file.total_mass_kg, 1),
+                "provenance": {group: file.provenance[group].kind for group in GROUPS if group in file.provenance},
+                "notes": {group: file.provenance[group].note for group in GROUPS if group in file.provenance},
+                "lumped_links": dict(file.lumped_links),
                 "drives": file.drives.provenance,
+                "caveats": file.caveats,
                 "source": file.source,
                 "license": file.license,
             }
@@ -33,6 +41,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def show(result: dict[str, Any]) -> None:
     """Print one line a robot."""
-    width = max((len(row["name"]) for row in result["robots"]), default=4)
-    for row in result["robots"]:
-        print(f"{row['name']:{width}}  {row['joints']} joints  {row['rated_payload_kg']:6g} kg  {row['drives']}")
+    rows = result["robots"]
+    width = max((len(row["name"]) for row in rows), default=4)
+    print(f"{'name':{width}}  {'vendor':16}  payload [kg]  reach [m]  mass [kg]  inertia    effort     drives")
+    for row in rows:
+        kinds = row["provenance"]
+        print(
+            f"{row['name']:{width}}  {row['vendor']:16}  {row['rated_payload_kg']:12g}  {row['reach_m']:9.2f}"
+            f"  {row['mass_kg']:9.0f}  " + "  ".join(f"{kinds.get(g, '-'):9}" for g in ("inertia", "effort", "drives"))
+        )
+    print("reach: along the chain from joint 2 to the tool frame; mass: of all links with published figures")
+    print(
+        "published: as in the source; composed: from siblings; fitted: on published totals; scaled: by law (--json: notes)"
+    )
