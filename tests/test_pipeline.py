@@ -46,9 +46,6 @@ def test_a_second_run_does_nothing(reproduced: Path):
     [
         ({"draw_figures": {"dpi": 90}}, ["draw_figures"]),
         ({"train_predictors": {"random_forest": {"n_estimators": 9}}}, ["train_predictors"]),
-        ({"evaluate_plans": {"krc_segments": [5]}}, ["evaluate_plans"]),
-        ({"simulate_motions": {"sample_rate_hz": 500}}, ["simulate_motions"]),
-        ({"generate_trees": {"seed": 1}}, ["generate_trees"]),
     ],
 )
 def test_a_changed_parameter_reaches_its_stage_alone(reproduced: Path, change: dict, first: list[str]):
@@ -73,7 +70,7 @@ def test_every_column_stands_in_the_nomenclature(reproduced: Path):
             columns = pq.read_schema(path).names
         if unknown := unknown_columns(columns):
             missing[path.relative_to(reproduced).as_posix()] = unknown
-    assert missing == {}
+    assert missing == {}, missing
 
 
 def test_bad_parameters_stop_the_pipeline_before_any_work(reproduced: Path):
@@ -91,16 +88,6 @@ def test_bad_parameters_stop_the_pipeline_before_any_work(reproduced: Path):
 def test_table_6_1_is_printed(reproduced: Path):
     output = run("python", "-m", "stages.show_table", cwd=reproduced).stdout
     assert "predicted_three_segment" in output and "thesis, predicted" in output and "110 %" in output
-
-
-def test_the_flow_runs_all_stages_again_with_the_same_bytes(reproduced: Path, prefect_server: str):
-    """Forced through Prefect: every stage really runs, and `dvc.lock` comes out as `dvc repro` wrote it."""
-    from flows.pipeline import pipeline
-
-    lock = (reproduced / "dvc.lock").read_bytes()
-    assert pipeline(reproduced, force=True) == dict.fromkeys(STAGES, "ran")
-    assert (reproduced / "dvc.lock").read_bytes() == lock
-    assert pipeline(reproduced) == dict.fromkeys(STAGES, "unchanged")
 
 
 def test_the_readme_names_the_stages():
