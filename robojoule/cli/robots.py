@@ -51,6 +51,4 @@ def show(result: dict[str, Any]) -> None:
             f"  {row['mass_kg']:9.0f}  " + "  ".join(f"{kinds.get(g, '-'):9}" for g in ("inertia", "effort", "drives"))
         )
     print("reach: along the chain from joint 2 to the tool frame; mass: of all links with published figures")
-    print(
-        "published: as in the source; composed: from siblings; fitted: on published totals; scaled: by law (--json: notes)"
-    )
+    print("composed: from published siblings; fitted: on published totals; scaled: by law (notes with --json)")
