@@ -201,7 +201,7 @@ def unknown_columns(columns: list[str]) -> list[str]:
     return [name for name in columns if general(name) not in known]
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "reports/tables").glob("*.csv")), ids=lambda p: p.name)
-def test_every_column_of_the_committed_tables_stands_in_the_nomenclature(path: Path):
-    with path.open(newline="", encoding="utf-8") as file:
-        assert unknown_columns(next(csv.reader(file))) == []
+def test_every_column_of_the_committed_tables_stands_in_the_nomenclature():
+    for path in sorted((ROOT / "reports/tables").glob("*.csv")):
+        with path.open(newline="", encoding="utf-8") as file:
+            assert unknown_columns(next(csv.reader(file))) == [], path.name
