@@ -25,7 +25,7 @@ MOST_STEPS = 60
 STEP_TOLERANCE = 1e-5  # of the scale
 COST_TOLERANCE = 1e-7  # of the cost: the regime of a few instants may flicker for ever
 UNDETERMINED = 0.5  # standard deviation over scale of a direction that counts as undetermined
-CONFOUNDED = 0.3  # component of a parameter in such a direction that is worth naming
+CONFOUNDED = 0.3  # share of a parameter's effect along such a direction that is worth naming
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,8 @@ def _step(space: ParameterSpace, rows: Residuals, theta: Array, free: Mask) -> A
     root = np.sqrt(_weights(rows.values))
     matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
     target = root * rows.values + matrix @ (theta[free] / space.scale[free])
-    triangle = np.linalg.qr(np.column_stack([matrix, target]), mode="r")  # a small problem with the same minimiser
+    # The triangle of a QR decomposition is a small problem with the same minimiser.
+    triangle = np.asarray(np.linalg.qr(np.column_stack([matrix, target]), mode="r"))
     bounds = (space.lower[free] / space.scale[free], space.upper[free] / space.scale[free])
     solution = lsq_linear(triangle[:, :-1], triangle[:, -1], bounds=bounds, method="bvls")
     result = theta.copy()
@@ -181,8 +182,8 @@ def _fit(problem: Problem, theta: Array, free: Mask) -> tuple[Array, Evaluation,
     return theta, evaluation, _scales(problem.raw(evaluation)), iterations
 
 
-def _covariance(space: ParameterSpace, rows: Residuals, free: Mask) -> tuple[Array, Array, float]:
-    """Covariance of the scaled parameters: its directions (rows), their naive standard deviations, and an inflation.
+def _covariance(space: ParameterSpace, rows: Residuals, free: Mask) -> tuple[Array, Array, Array, float]:
+    """Covariance of the scaled parameters: directions (rows), their naive deviations, column norms, and an inflation.
 
     Residuals within a motion hang together (a wrong inertia shows in every window), so the naive covariance is inflated
     by the median ratio of block-wise (sandwich) to naive variances where that exceeds one.
@@ -200,7 +201,7 @@ def _covariance(space: ParameterSpace, rows: Residuals, free: Mask) -> tuple[Arr
     clustered = np.sqrt((((sums / singular[good]) @ vectors[good]) ** 2).sum(axis=0))
     ratio = float(np.median(clustered[naive > 0] / naive[naive > 0])) if np.any(naive > 0) else 1.0
     spread = float(np.sqrt(np.mean((root * rows.values) ** 2)))
-    return vectors, deviation, max(ratio, spread, 1e-12)
+    return vectors, deviation, np.linalg.norm(matrix, axis=0), max(ratio, spread, 1e-12)
 
 
 def solve(space: ParameterSpace, signals: Signals) -> Solution:
@@ -219,14 +220,17 @@ def solve(space: ParameterSpace, signals: Signals) -> Solution:
     while True:
         theta, evaluation, scales, iterations = _fit(problem, theta, free)
         rows = _whiten(problem.raw(evaluation), scales)
-        vectors, deviation, inflation = _covariance(space, rows, free)
+        vectors, deviation, norms, inflation = _covariance(space, rows, free)
         worst = int(np.argmax(deviation))
         if deviation[worst] * inflation <= UNDETERMINED or not free.any():
             break
         columns = np.flatnonzero(free)
         direction = np.abs(vectors[worst])
         drop = int(np.argmax(direction))
-        partners = [i for i in np.argsort(-direction) if i != drop and direction[i] > CONFOUNDED]
+        effect = direction * norms
+        partners = [i for i in np.argsort(-effect) if i != drop and effect[i] > CONFOUNDED * effect[drop]]
+        if inflation > UNDETERMINED * norms[drop]:  # not even determined if all others were known
+            partners = []
         confounded[space.names[columns[drop]]] = tuple(space.names[columns[i]] for i in partners)
         free[columns[drop]] = False
         theta[columns[drop]] = np.clip(space.start, space.lower, space.upper)[columns[drop]]

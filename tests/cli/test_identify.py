@@ -1,0 +1,64 @@
+import json
+
+import pyarrow as pa
+import pytest
+from pyarrow import csv
+
+from robojoule.cli import main
+from robojoule.robots import load_robot
+from tests.identification.plant import ROBOT, Plant, make_log
+
+
+@pytest.fixture(scope="module")
+def log_file(tmp_path_factory):
+    columns, _ = make_log(Plant(21), 21, motions=20)
+    path = tmp_path_factory.mktemp("logs") / "log.csv"
+    csv.write_csv(pa.table(columns), path)
+    return str(path)
+
+
+def test_writes_a_robot_file_and_a_plot_and_prints_json(log_file, tmp_path, capsys):
+    out, plot = tmp_path / "entry.json", tmp_path / "fit.svg"
+    words = ["identify", log_file, "--robot", ROBOT, "--payload", "10", "--name", "ours", "--json"]
+    assert main([*words, "--out", str(out), "--plot", str(plot)]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["robot"] == ROBOT
+    assert result["held_out"]["rmse_percent"] < 5.0
+    assert result["held_out"]["motions"] == 5
+    by_name = {row["name"]: row for row in result["parameters"]}
+    assert by_name["base_power_w"]["standard_error"] > 0.0
+    assert result["unidentified"] == [name for name, row in by_name.items() if not row["identified"]]
+    robot = load_robot(out)
+    assert robot.name == "ours"
+    assert robot.drives.base_power_w == pytest.approx(by_name["base_power_w"]["value"], rel=1e-5)
+    first = plot.read_bytes()
+    assert b"<svg" in first
+    assert main([*words, "--plot", str(plot)]) == 0
+    assert plot.read_bytes() == first
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["entry.json", "fit.svg"]
+
+
+def test_prints_a_table(log_file, capsys):
+    assert main(["identify", log_file, "--robot", ROBOT]) == 0
+    text = capsys.readouterr().out
+    assert "joints.joint_2.viscous_nm_s_per_rad" in text
+    assert "held out, catalog" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["none.csv", "--robot", ROBOT], "none.csv: there is no such file"),
+        (["LOG", "--robot", "r2d2"], "unknown robot 'r2d2'"),
+        (["LOG", "--robot", ROBOT, "--out", "a.txt"], "--out: 'a.txt' is no robot file"),
+        (["LOG", "--robot", ROBOT, "--plot", "a.txt"], "--plot: 'a.txt' is no image file"),
+        (["LOG", "--robot", ROBOT, "--torque-constants", "a"], "--torque-constants: 'a' is not a list"),
+        (["LOG", "--robot", ROBOT, "--window", "0"], "0.0 s is no length for the window"),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_line(log_file, capsys, words, message):
+    assert main(["identify", *(log_file if word == "LOG" else word for word in words)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err
+    assert len(captured.err.strip().splitlines()) == 1
