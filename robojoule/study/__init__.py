@@ -1,0 +1,1 @@
+"""Studies of the predictors on plants that differ from their nominal catalog entry."""
