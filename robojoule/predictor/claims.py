@@ -35,7 +35,12 @@ def rows(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
     for target, name in _NAMES.items():
         claims.append(_at_most(f"Median relative error of the {name}, random forest", _MEDIANS, "p50", target, metrics))
     for target, name in _NAMES.items():
-        claims.append(_at_most(f"Mean relative error of the {name}, random forest", _MEANS, "mean", target, metrics))
+        claim = _at_most(f"Mean relative error of the {name}, random forest", _MEANS, "mean", target, metrics)
+        if target == TARGETS[0]:
+            claim["ours"] = (
+                f"{claim['ours']}; forest over savings of 1 J and more: {_mean_above(predictions, 1.0):.1f} %"
+            )
+        claims.append(claim)
     claims += [_hardest(metrics), _similar(metrics), _within_tenth(predictions), *_sizes(predictions)]
     forest = metrics["suitability"].get("random_forest", {})
     network = metrics["suitability"].get("neural_network", {})
@@ -60,6 +65,15 @@ def _at_most(claim: str, published: Mapping[str, float], figure: str, target: st
         "ours": f"{ours:.1f} % (network {network:.1f} %)",
         "held": _text(ours <= published[target]),
     }
+
+
+def _mean_above(predictions: pa.Table, least_j: float) -> float:
+    """Mean relative error of the forest's saving where the measured one is not tiny. [%]"""
+    predicted, measured = _forest_on_test(predictions, TARGETS[0])
+    counted = measured >= least_j
+    if not counted.any():
+        return float("nan")
+    return float(np.mean(100.0 * np.abs(predicted - measured)[counted] / measured[counted]))
 
 
 def _hardest(metrics: Metrics) -> Claim:
