@@ -78,7 +78,8 @@ def correlation_matrix(block: str, results: Results, style: Style) -> Drawing:
         if np.isfinite(matrix[i, j]):
             color = "white" if abs(matrix[i, j]) > DARK_CELL else "black"
             text = f"{matrix[i, j]:.2f}".replace("0.", ".")
-            ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=5.4, color=color)
+            cell = ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=5.4, color=color)
+            cell.set_in_layout(False)  # inside the axes: measuring hundreds of them would only take time
     labels = [feature_label(name) for name in names]
     ticks = np.arange(len(names)) + 0.5
     ax.set_xticks(ticks, labels, rotation=90, fontsize=6.5)

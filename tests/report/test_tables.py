@@ -1,0 +1,70 @@
+import pytest
+
+from robojoule.report import tables
+from robojoule.report.results import Results, number
+from tests.report import toy
+
+
+def test_table_6_1_has_ours_and_the_thesis_s_by_the_same_convention(toy_results: Results):
+    saving, convention, gap = tables.table_6_1(toy_results)
+    assert saving.head == ("method", "110 %", "200 %")
+    rows = {row[0]: row[1:] for row in saving.rows}
+    assert rows["predicted, three segments"] == ("30.00", "30.00")
+    assert rows["thesis: predicted, trees of 4 segments"] == ("17.42", "32.04")  # Eq. 6.1, not the printed 47.17
+    assert rows["thesis: KRC polynomial, trees of 6 segments"] == ("12.75", "")
+    rows = {row[0]: row[1:] for row in convention.rows}
+    assert rows["thesis: predicted, trees of 4 segments"] == ("17.42", "47.17")
+    assert not gap.marked and all(len(row) == 3 for row in gap.rows)
+    for table in (saving, convention):
+        assert [row[0].startswith("thesis") for row in table.rows] == [
+            i in table.marked for i in range(len(table.rows))
+        ]
+
+
+def test_table_5_1_has_every_target_error_and_model(toy_results: Results):
+    table = tables.table_5_1(toy_results)
+    assert table is not None and len(table.rows) == 3 * 2 * 3
+    theirs = [row for place, row in enumerate(table.rows) if place in table.marked]
+    assert theirs[0] == ("energy saving, absolute [J]", "thesis: random forest", "7.99", "17.38", "33.64", "132.72", "")
+    assert theirs[1][2:] == ("4.50", "10.40", "20.70", "246.60", "18.50")
+    assert theirs[2][2] == "0.014"  # seconds need three digits
+
+
+def test_difference_is_ours_less_theirs(toy_results: Results):
+    table = tables.difference(toy_results)
+    assert table is not None
+    row = dict(zip(table.head[1:], table.rows[0][1:], strict=True))
+    assert row["KRC, ours"] == "10.00" and row["KRC, thesis"] == "13.37"
+    assert table.rows[0][3] == "−3.37" and table.rows[0][6] == "12.58"
+    assert table.rows[1][1] == ""  # 121 % was not among the cycle times
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("d_min_s", "d min [s]"),
+        ("saving_percent", "saving [%]"),
+        ("steepness_j_per_s", "steepness [J/s]"),
+        ("krc_polynomial_4_110_j", "krc polynomial 4 110 [J]"),
+        ("trees", "trees"),
+    ],
+)
+def test_column_labels_hold_the_unit(name: str, shown: str):
+    assert tables.column_label(name) == shown
+
+
+def test_metrics_are_flattened():
+    table = tables.metrics_table({"plans": {"optimum": {"110": {"saving_percent": 12.3456789}}}, "n": 3})
+    assert table.rows == (("plans.optimum.110.saving_percent", "12.3457"), ("n", "3"))
+
+
+def test_tables_that_no_stage_wrote_are_left_out(tmp_path, toy_results: Results):
+    (tmp_path / "reports/tables").mkdir(parents=True)
+    empty = toy.results(tmp_path, toy_results.robot)
+    assert tables.table_6_1(empty) == [] and tables.table_5_1(empty) is None and tables.difference(empty) is None
+    assert tables.plain(empty, "retrace", "x") is None
+
+
+def test_published_rows_are_marked():
+    table = tables.published_plain("table_6_3", "x")
+    assert table.marked == frozenset(range(10)) and number(table.rows[0][3]) == 6388
