@@ -111,7 +111,7 @@ class Results:
         """Distinct runs of a motion."""
         rows, runs = self._runs
         chosen = rows[int(motion_id)]
-        return measured_profile(*(runs[name][chosen] for name in ("duration_s", "energy_j", "speed_limit")))
+        return measured_profile(runs["duration_s"][chosen], runs["energy_j"][chosen], runs["speed_limit"][chosen])
 
     def paths(self, motion_ids: Sequence[int]) -> MotionPaths:
         """Physics of some motions, in the order given."""

@@ -19,9 +19,6 @@ THESIS_FIGURES = {
     5: ["1", "2", "3", "4"],
     6: ["1", "2", "3"],
 }
-    *("3.1", "3.2", "3.3", "4.1b", "4.2", "4.3", "4.4", "4.5", "4.6", "4.7"),
-    *("5.1", "5.2", "5.3", "5.4", "6.1", "6.2", "6.3"),
-]
 # Under and above Matplotlib's axes: what every drawn figure holds.
 MARKS = ("<path", "<use")
 
