@@ -6,11 +6,16 @@ import csv
 import io
 import json
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
 
 import pyarrow.parquet as pq
+from threadpoolctl import threadpool_limits
 
 from robojoule.config import Params
 from robojoule.documents import atomic_path, write_text
+from robojoule.operations import load_tree
 from robojoule.planning import claims, results
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.experiment import full_speed_energies_j, run_experiment, sensitivity
@@ -36,16 +41,27 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
         samples_dir=layout.samples_dir,
         predictions=layout.predictions,
     )
-    cycles = run_experiment(data.batch, data.beliefs, settings, _say)
-    found = _results(data.tree_ids, data.complexities, data.batch, cycles)
-    payloads = []
-    for payload_kg in settings.payload_sensitivity_kg:
-        batch, here = data.batch, found
-        if payload_kg != params.robot.payload_kg:
-            robot = _robot(params, payload_kg)
-            batch = TreeBatch(robot, data.batch.trees, data.batch.slowest_speed_limit)
-            here = _results(data.tree_ids, data.complexities, batch, sensitivity(batch, settings, _say))
-        payloads += results.payload_rows(here, payload_kg)
+    others = [payload for payload in settings.payload_sensitivity_kg if payload != params.robot.payload_kg]
+    # Spawned, not forked: a copy of a process with threads may hang. The second processor takes the other payloads.
+    with threadpool_limits(1), ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        slowest = data.batch.slowest_speed_limit
+        jobs = {
+            payload: pool.submit(_with_payload, params, layout.trees_dir, data.tree_ids, slowest, payload)
+            for payload in others
+        }
+        cycles = run_experiment(data.batch, data.beliefs, settings, _say)
+        found = results.ExperimentResults(
+            data.tree_ids,
+            data.complexities,
+            data.batch.least_cycles_s,
+            full_speed_energies_j(data.batch),
+            tuple(cycles),
+        )
+        payloads = [
+            row
+            for payload in settings.payload_sensitivity_kg
+            for row in (jobs[payload].result() if payload in jobs else results.payload_rows(found, payload))
+        ]
     with atomic_path(layout.plans) as temporary:
         pq.write_table(results.plans_table(found, data.batch), temporary, compression="zstd")
     for name, rows in {
@@ -60,16 +76,22 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
     write_text(layout.metrics_dir / "plans.json", json.dumps(results.metrics(found), indent=2) + "\n")
 
 
+def _with_payload(
+    params: Params, trees_dir: Path, tree_ids: tuple[str, ...], slowest: float, payload_kg: float
+) -> list[results.Row]:
+    """Rows of the sensitivity for one payload; runs in a process of its own."""
+    robot = _robot(params, payload_kg)
+    with threadpool_limits(1):
+        batch = TreeBatch(robot, [load_tree(trees_dir / f"{tree_id}.yaml", robot) for tree_id in tree_ids], slowest)
+        cycles = tuple(sensitivity(batch, params.evaluate_plans, _say))
+        energies = full_speed_energies_j(batch)
+    complexities = ("",) * len(tree_ids)  # the rows do not tell trees apart
+    found = results.ExperimentResults(tree_ids, complexities, batch.least_cycles_s, energies, cycles)
+    return results.payload_rows(found, payload_kg)
+
+
 def _robot(params: Params, payload_kg: float) -> Robot:
     return load_robot(params.robot.name, Payload(payload_kg, params.robot.payload_com_m))
-
-
-def _results(
-    tree_ids: tuple[str, ...], complexities: tuple[str, ...], batch: TreeBatch, cycles: Sequence[results.PlannedCycle]
-) -> results.ExperimentResults:
-    return results.ExperimentResults(
-        tree_ids, complexities, batch.least_cycles_s, full_speed_energies_j(batch), tuple(cycles)
-    )
 
 
 def _csv(rows: Sequence[results.Row]) -> str:

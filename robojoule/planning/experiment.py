@@ -143,7 +143,7 @@ def run_experiment(
 def sensitivity(batch: TreeBatch, settings: EvaluatePlansParams, progress: Progress) -> list[PlannedCycle]:
     """The unoptimized and the optimal plans of trees, e.g. with another payload."""
     times = cycle_times(batch, settings.relaxations_percent)
-    found = [_unoptimized(batch, times), _optimum(batch, times, settings.dense_speed_limits, refinements=0)]
+    found = [_unoptimized(batch, times), _optimum(batch, times, settings.dense_speed_limits, prove=False)]
     progress(f"sensitivity: optimum with {batch.robot.payload.mass_kg:g} kg")
     return simulate_plans(batch, found, settings.relaxations_percent)
 
@@ -211,8 +211,8 @@ def _predicted(batch: TreeBatch, beliefs: Beliefs, settings: EvaluatePlansParams
     ]
 
 
-def _optimum(batch: TreeBatch, times: Array, speed_limits: int, *, refinements: int = 1) -> _Plans:
-    plans, costs = solve_optimum(batch, times, speed_limits=speed_limits, refinements=refinements)
+def _optimum(batch: TreeBatch, times: Array, speed_limits: int, *, prove: bool = True) -> _Plans:
+    plans, costs = solve_optimum(batch, times, speed_limits=speed_limits, prove=prove)
     return _Plans(Variant("optimum"), plans, costs=costs)
 
 

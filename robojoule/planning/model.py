@@ -126,7 +126,7 @@ def _add_variables(model: pyo.ConcreteModel, graph: OptimizationGraph, costs: Se
     model.dm = pyo.Var(model.V, bounds=lambda _, v: (costs[v].profile.d_min_s, costs[v].profile.d_max_s))
     model.dw = pyo.Var(model.V, bounds=lambda _, v: (vertices[v].least_post_wait_s, None))
     model.dc = pyo.Var(model.V, bounds=lambda _, v: (0.0, None if vertices[v].name in colliding else 0.0))
-    model.E = pyo.Var(model.V)
+    model.E = pyo.Var(model.V, bounds=lambda _, v: (float(costs[v].profile.energies_j.min()), None))
 
 
 def _add_profiles(model: pyo.ConcreteModel, costs: Sequence[VertexCosts]) -> None:

@@ -4,8 +4,8 @@ The dense runs of a motion are points of its true profile E(d). Chords through t
 undercut by the simulation; the profile is sampled ever finer round the plans until the proven lower bound is as near.
 The bound comes from the same model on profiles that lie below the true ones: where neighbouring chords bend upwards
 (E is convex there), E lies above both of them extended, so their crossing replaces each chord; where they bend
-downwards, E lies above the chord itself. This holds for every E that does not change its curvature twice between two
-samples.
+downwards, E lies above the chord itself; where they bend one way at one end and the other way at the other, the smaller
+bend is allowed for. This holds as long as the curvature of E does not change its sign unseen between two samples.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import process_energy_j
@@ -20,10 +21,13 @@ from robojoule.planning.model import VertexCosts
 from robojoule.planning.solve import PlanSolver, SpeedPlan
 from robojoule.planning.writeback import stacked_durations
 from robojoule.profile import PiecewiseLinearProfile, measured_profile
+from robojoule.profile.measured import SAME_DURATION_S
 from robojoule.profile.piecewise import Array
+from robojoule.simulation import MotionPaths
 
-TARGET_GAP = 9e-5  # relative gap between plan and bound at which the refinement ends
-MORE_REFINEMENTS = 3
+TARGET_GAP = 8e-5  # relative gap between plan and bound at which the refinement ends
+MAX_REFINEMENTS = 6
+LEAST_SPACING_S = 1e-6  # samples nearer to each other than this would have steep chords of pure noise
 _NEW_POINTS = 6  # speed limits added on either side of a planned duration, a round
 _MILP_GAP = 1e-6
 
@@ -44,34 +48,39 @@ class DenseProfiles:
         limits = np.minimum(batch.slowest_speed_limit + shares * (top - batch.slowest_speed_limit), 1.0)
         runs = batch.paths.simulate(limits)
         self.profiles = [
-            measured_profile(d, e, p) for d, e, p in zip(runs.duration_s, runs.energy_j, limits, strict=True)
+            measured_profile(d, e, p, LEAST_SPACING_S)
+            for d, e, p in zip(runs.duration_s, runs.energy_j, limits, strict=True)
         ]
 
-    def refine(self, durations_s: Array) -> None:
-        """Sample each motion more densely between the neighbours of given durations.
+    def refine(self, durations_s: Array, motions: NDArray[np.intp]) -> None:
+        """Sample motions more densely between the neighbours of given durations.
 
         Args:
-            durations_s: K durations of each motion, shape (M, K). [s]
+            durations_s: K durations of each of these motions, shape (M', K). [s]
+            motions: Which motions, shape (M',).
         """
         shares = np.linspace(0.0, 1.0, 2 * _NEW_POINTS + 1)[1:-1]
-        limits = np.ones((len(self.profiles), durations_s.shape[1], shares.size))
-        for motion, profile in enumerate(self.profiles):
+        limits = np.ones((*durations_s.shape, shares.size))
+        for row, motion in enumerate(motions):
+            profile = self.profiles[motion]
             if len(profile) < 2:
                 continue
-            at = np.clip(np.searchsorted(profile.durations_s, durations_s[motion] - 1e-9), 0, len(profile) - 1)
+            at = np.clip(np.searchsorted(profile.durations_s, durations_s[row] - SAME_DURATION_S), 0, len(profile) - 1)
             slower = profile.speed_limits[np.minimum(at + 1, len(profile) - 1)]
             faster = profile.speed_limits[np.maximum(at - 1, 0)]
-            limits[motion] = slower[:, np.newaxis] + shares * (faster - slower)[:, np.newaxis]
-        flat = limits.reshape(len(self.profiles), -1)
-        runs = self.batch.paths.simulate(flat)
-        self.profiles = [
-            measured_profile(
-                np.append(profile.durations_s, d),
-                np.append(profile.energies_j, e),
-                np.append(profile.speed_limits, p),
+            limits[row] = slower[:, np.newaxis] + shares * (faster - slower)[:, np.newaxis]
+        flat = limits.reshape(len(motions), -1)
+        paths = self.batch.paths
+        starts = paths.start_rad[motions]
+        runs = MotionPaths(self.batch.robot, starts, starts + paths.delta_rad[motions]).simulate(flat)
+        for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, flat, strict=True):
+            known = self.profiles[motion]
+            self.profiles[motion] = measured_profile(
+                np.append(known.durations_s, d),
+                np.append(known.energies_j, e),
+                np.append(known.speed_limits, p),
+                LEAST_SPACING_S,
             )
-            for profile, d, e, p in zip(self.profiles, runs.duration_s, runs.energy_j, flat, strict=True)
-        ]
 
     def costs(self, tree: int, *, below: bool = False) -> list[VertexCosts]:
         """Costs of one tree's vertices with true idle power.
@@ -108,11 +117,14 @@ def profile_below(profile: PiecewiseLinearProfile) -> PiecewiseLinearProfile:
         e[-1] = e[-2] + slopes[-2] * (d[-1] - d[-2])
     left, own, right, width = slopes[:-2], slopes[1:-1], slopes[2:], np.diff(d)[1:-1]
     from_left, from_right = left < own, own < right
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(from_left & from_right, (right - own) / (right - left), 0.5)
-    at = d[1:-2] + share * width
     samples = profile.energies_j
-    value = np.where(from_left, samples[1:-2] + left * share * width, samples[2:-1] - right * (1.0 - share) * width)
+    both = from_left & from_right
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(both, (right - own) / (right - left), 0.5)
+    at = d[1:-2] + share * width
+    crossing = samples[1:-2] + left * share * width
+    dip = np.minimum(np.abs(own - left), np.abs(right - own)) * width / 4.0
+    value = np.where(both, crossing, (samples[1:-2] + samples[2:-1]) / 2.0 - dip)
     crossed = from_left | from_right
     # A sample between two crossings (or lowered ends) lies above the line that joins them.
     beside = np.concatenate([[lowered[0]], crossed, [lowered[1]]])
@@ -124,15 +136,13 @@ def profile_below(profile: PiecewiseLinearProfile) -> PiecewiseLinearProfile:
     return PiecewiseLinearProfile(durations[distinct], energies[distinct])
 
 
-def optimal_plans(
-    batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, refinements: int = 1
-) -> list[list[SpeedPlan]]:
+def optimal_plans(batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int) -> list[list[SpeedPlan]]:
     """Plans of `solve_optimum` alone, R for each tree."""
-    return solve_optimum(batch, cycle_times_s, speed_limits=speed_limits, refinements=refinements)[0]
+    return solve_optimum(batch, cycle_times_s, speed_limits=speed_limits)[0]
 
 
 def solve_optimum(
-    batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, refinements: int = 1
+    batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, prove: bool = True
 ) -> tuple[list[list[SpeedPlan]], list[list[VertexCosts]]]:
     """Plans with the least true energy, each with a proven lower bound.
 
@@ -140,8 +150,8 @@ def solve_optimum(
         batch: Trees.
         cycle_times_s: Cycle times of each tree, shape (T, R). [s]
         speed_limits: Speed limits of the dense profiles before refinement.
-        refinements: Refinements round the plans before the bound is computed. If a gap is then larger than
-            `TARGET_GAP`, up to `MORE_REFINEMENTS` follow; a larger gap may remain.
+        prove: Compute bounds, and refine the profiles of those trees whose gap is larger than `TARGET_GAP`, at most
+            `MAX_REFINEMENTS` times (a larger gap may remain). Without, `bound_j` is NaN.
 
     Returns:
         R plans for each tree, and the costs of each tree's vertices with which they were found. `bound_j` bounds the
@@ -153,35 +163,40 @@ def solve_optimum(
     """
     dense = DenseProfiles(batch, speed_limits)
     times = np.asarray(cycle_times_s, dtype=float)
-    plans = _solve(dense, times, below=False)
-    for _ in range(refinements):
-        dense.refine(stacked_durations(plans))
-        plans = _solve(dense, times, below=False)
-    bounds = _solve(dense, times, below=True)
-    for _ in range(MORE_REFINEMENTS):
-        if _largest_gap(plans, bounds) <= TARGET_GAP:
+    everything = range(len(batch.trees))
+    plans = {tree: _solve(dense, times, tree) for tree in everything}
+    loose = list(everything) if prove else []
+    bounds = {tree: [replace(plan, bound_j=float("nan")) for plan in plans[tree]] for tree in everything}
+    for refinement in range(MAX_REFINEMENTS + 1):
+        for tree in loose:
+            if refinement:
+                plans[tree] = _solve(dense, times, tree)
+            bounds[tree] = _solve(dense, times, tree, below=True)
+        loose = [tree for tree in loose if _largest_gap(plans[tree], bounds[tree]) > TARGET_GAP]
+        if not loose or refinement == MAX_REFINEMENTS:
             break
-        dense.refine(np.concatenate([stacked_durations(plans), stacked_durations(bounds)], axis=1))
-        plans, bounds = _solve(dense, times, below=False), _solve(dense, times, below=True)
+        _refine(dense, {tree: plans[tree] + bounds[tree] for tree in loose})
     steps = [process_energy_j(tree) for tree in batch.trees]
     proven = [
         [
-            replace(plan, energy_j=plan.energy_j + fixed, bound_j=bound.bound_j + fixed)
-            for plan, bound in zip(row, lower, strict=True)
+            replace(plan, energy_j=plan.energy_j + steps[tree], bound_j=bound.bound_j + steps[tree])
+            for plan, bound in zip(plans[tree], bounds[tree], strict=True)
         ]
-        for row, lower, fixed in zip(plans, bounds, steps, strict=True)
+        for tree in everything
     ]
-    return proven, [dense.costs(tree) for tree in range(len(batch.trees))]
+    return proven, [dense.costs(tree) for tree in everything]
 
 
-def _largest_gap(plans: list[list[SpeedPlan]], bounds: list[list[SpeedPlan]]) -> float:
-    pairs = ((p, b) for row, lower in zip(plans, bounds, strict=True) for p, b in zip(row, lower, strict=True))
-    return max(1.0 - bound.bound_j / plan.energy_j for plan, bound in pairs)
+def _refine(dense: DenseProfiles, plans: dict[int, list[SpeedPlan]]) -> None:
+    """Sample the motions of some trees more densely round plans, equally many for each tree."""
+    motions = np.concatenate([np.arange(rows.start, rows.stop) for rows in (dense.batch.rows[tree] for tree in plans)])
+    dense.refine(stacked_durations(list(plans.values())), motions)
 
 
-def _solve(dense: DenseProfiles, cycle_times_s: Array, *, below: bool) -> list[list[SpeedPlan]]:
-    plans = []
-    for tree, graph in enumerate(dense.batch.graphs):
-        solver = PlanSolver(graph, dense.costs(tree, below=below), relative_gap=_MILP_GAP)
-        plans.append([solver.solve(float(time)) for time in cycle_times_s[tree]])
-    return plans
+def _largest_gap(plans: list[SpeedPlan], bounds: list[SpeedPlan]) -> float:
+    return max(1.0 - bound.bound_j / plan.energy_j for plan, bound in zip(plans, bounds, strict=True))
+
+
+def _solve(dense: DenseProfiles, cycle_times_s: Array, tree: int, *, below: bool = False) -> list[SpeedPlan]:
+    solver = PlanSolver(dense.batch.graphs[tree], dense.costs(tree, below=below), relative_gap=_MILP_GAP)
+    return [solver.solve(float(time)) for time in cycle_times_s[tree]]

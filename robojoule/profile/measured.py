@@ -1,11 +1,15 @@
-"""Profiles from single runs: speed limits that reach the same run are one point."""
+"""Profiles from single runs: speed limits that reach the same run are one point.
+
+A higher speed limit need not give a shorter run: limited torque may leave less acceleration at a higher peak speed.
+Such runs are left out, so that energy is a function of the duration.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
 
@@ -61,13 +65,16 @@ class MeasuredProfile:
         return PiecewiseLinearProfile(self.durations_s, self.energies_j)
 
 
-def measured_profile(durations_s: ArrayLike, energies_j: ArrayLike, speed_limits: ArrayLike) -> MeasuredProfile:
-    """Merge runs of equal duration and order them.
+def measured_profile(
+    durations_s: ArrayLike, energies_j: ArrayLike, speed_limits: ArrayLike, spacing_s: float = SAME_DURATION_S
+) -> MeasuredProfile:
+    """Keep the runs that are shorter than those of every lower speed limit, ordered by rising duration.
 
     Args:
         durations_s: Shape (S,). [s]
         energies_j: Shape (S,). [J]
         speed_limits: Shape (S,), fractions in (0, 1].
+        spacing_s: Runs closer than this are the same run. [s]
 
     Raises:
         ValueError: Shapes differ, or a value is not finite.
@@ -77,7 +84,8 @@ def measured_profile(durations_s: ArrayLike, energies_j: ArrayLike, speed_limits
         raise ValueError("durations, energies and speed limits must be lists of the same length")
     if not (np.isfinite(d).all() and np.isfinite(e).all() and np.isfinite(p).all()):
         raise ValueError("durations, energies and speed limits must be finite")
-    order = np.lexsort((p, d))  # of equal durations, the lowest speed limit comes first and is kept
+    order = np.lexsort((d, p))
     d, e, p = d[order], e[order], p[order]
-    keep: NDArray[np.bool_] = np.concatenate([[True], np.diff(d) > SAME_DURATION_S])
+    shortest_before = np.concatenate([[np.inf], np.minimum.accumulate(d)[:-1]])
+    keep = np.flatnonzero(d < shortest_before - spacing_s)[::-1]
     return MeasuredProfile(d[keep], e[keep], p[keep])

@@ -10,10 +10,15 @@ Eq. 5.7-5.10 as printed use the distances delta_1, delta_2 in the place of d_1, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from robojoule.profile.piecewise import PiecewiseLinearProfile
+
+# A falling or rising line over a shorter time than this is left out: no controller resolves it, and its slope would
+# spoil the numbers of a solver. [s]
+LEAST_LINE_S = 1e-4
 
 
 @dataclass(frozen=True)
@@ -65,15 +70,10 @@ def three_segment_profile(
     d_1 = d_opt_s - shape.left_fraction * (d_opt_s - d_min_s)
     d_2 = d_opt_s + shape.right_fraction * (d_max_s - d_opt_s)
     c = shape.offset_j
-    points = [(d_2, c)]
-    # An empty part has no line: its corner would have two energies.
-    if d_1 < d_2:
-        points.insert(0, (d_1, c))
-    if d_min_s < d_1:
-        points.insert(0, (d_min_s, c + saving_j))
-    idle_w = 0.0
-    if d_2 < d_max_s:
-        points.append((d_max_s, c + penalty_j))
-        idle_w = penalty_j / (d_max_s - d_2)
-    durations, energies = zip(*points, strict=True)
+    falls, rises = d_1 - d_min_s >= LEAST_LINE_S, d_max_s - d_2 >= LEAST_LINE_S
+    points = [(d_min_s, c + saving_j), (d_1, c)] if falls else [(d_min_s, c)]
+    points += [(d_2, c), (d_max_s, c + penalty_j)] if rises else [(d_max_s, c)]
+    distinct = [points[0], *(b for a, b in pairwise(points) if b[0] > a[0])]
+    durations, energies = zip(*distinct, strict=True)
+    idle_w = penalty_j / (d_max_s - d_2) if rises else 0.0
     return PiecewiseLinearProfile(np.array(durations), np.array(energies)), idle_w
