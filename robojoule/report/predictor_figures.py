@@ -125,8 +125,7 @@ def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, s
         f"Predicted three-segment profiles (random forest) and measured runs of {len(places)} held-out motions, both "
         f"moved to a minimum of {shape.offset_j:g} J; from the best predicted energy saving (top left) to the worst "
         "(bottom right) in equal steps of rank.",
-        f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of measured runs; they "
-        "agree well in all but the last.",
+        f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of measured runs.",
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -60,6 +61,8 @@ def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str)
         rows, key=lambda r: (order.index(r["method"]) if r["method"] in order else 99, r["krc_segments"])
     ):
         label = method_label(row["method"], row["krc_segments"])
+        if row.get("subset"):
+            label += f", trees {row['subset']}"
         lines.setdefault(label, {})[number(row["relaxation_percent"])] = number(row[column])
     ours = len(lines)
     if published_suffix:
@@ -152,17 +155,18 @@ def difference(results: Results) -> Table | None:
     if not rows:
         return None
 
-    def ours(method: str, relaxation: float, segments: str) -> float:
-        for row in rows:
-            same = row["method"] == method and number(row["relaxation_percent"]) == relaxation
-            if same and (row["krc_segments"] in ("", segments)):
-                return number(row["saving_percent"])
-        return float("nan")
+    def ours(relaxation: float, segments: str) -> tuple[float, float]:
+        here = [row for row in rows if number(row["relaxation_percent"]) == relaxation]
+        krc = [row for row in here if (row["method"], row["krc_segments"]) == ("krc_polynomial", segments)]
+        subset = krc[0].get("subset") if krc else None
+        pred = [row for row in here if row["method"] == "predicted_three_segment" and row.get("subset") == subset]
+        saving_krc, saving_pred = (number(found[0]["saving_percent"]) if found else math.nan for found in (krc, pred))
+        return saving_krc, saving_pred
 
     body = []
     for row in published("table_6_1"):
         relaxation, segments = number(row["relaxation_percent"]), row["krc_segments"]
-        krc, pred = ours("krc_polynomial", relaxation, segments), ours("predicted_three_segment", relaxation, segments)
+        krc, pred = ours(relaxation, segments)
         their_krc, their_pred = number(row["krc_saving_percent_eq_6_1"]), number(row["pred_saving_percent_eq_6_1"])
         values = (
             krc,

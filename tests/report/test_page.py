@@ -98,7 +98,7 @@ def test_every_figure_stands_in_the_contents(page: Page):
 def test_claims_are_shown_as_text_with_their_verdict(page: Page, html: str):
     assert "more &lt;segments&gt; help &amp; save" in html
     text = " ".join(" ".join(page.texts).split())
-    assert "✗ not held" in text and "the thesis says yes, we find -1.00 points" in text
+    assert "-1.00 points ✗ not held" in text and "marked as not held" in text
 
 
 def test_tables_stand_beside_the_published_ones(page: Page):

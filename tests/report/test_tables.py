@@ -21,6 +21,40 @@ def test_table_6_1_has_ours_and_the_thesis_s_by_the_same_convention(toy_results:
         ]
 
 
+def test_subsets_of_trees_are_kept_apart(tmp_path, toy_results: Results):
+    """Two subsets share the cycle times of 110 to 133 %; predicted profiles were tried on both."""
+    (tmp_path / "reports/tables").mkdir(parents=True)
+    rows = [
+        {
+            "subset": subset,
+            "relaxation_percent": "110",
+            "krc_segments": segments,
+            "method": method,
+            "saving_percent": saving,
+            "saving_percent_published_convention": saving,
+            "gap_to_optimum_percent": "1",
+            "trees": 10,
+        }
+        for subset, method, segments, saving in (
+            ("1-10", "krc_polynomial", 4, "1.5"),
+            ("1-10", "predicted_three_segment", "", "2.5"),
+            ("11-20", "krc_polynomial", 6, "3.5"),
+            ("11-20", "predicted_three_segment", "", "4.5"),
+        )
+    ]
+    toy.write_rows(tmp_path / "reports/tables/table_6_1_thesis.csv", rows)
+    results = toy.results(tmp_path, toy_results.robot)
+    saving = tables.table_6_1(results)[0]
+    assert {("predicted, three segments, trees 1-10", "2.50"), ("KRC polynomial, 6 segments, trees 11-20", "3.50")} <= {
+        row[:2] for row in saving.rows
+    }
+    table = tables.difference(results)
+    assert table is not None
+    rows_of = {row[0]: row for row in table.rows}
+    assert (rows_of["110 %, 4 segments"][1], rows_of["110 %, 4 segments"][4]) == ("1.50", "2.50")
+    assert (rows_of["110 %, 6 segments"][1], rows_of["110 %, 6 segments"][4]) == ("3.50", "4.50")
+
+
 def test_table_5_1_has_every_target_error_and_model(toy_results: Results):
     table = tables.table_5_1(toy_results)
     assert table is not None and len(table.rows) == 3 * 2 * 3
