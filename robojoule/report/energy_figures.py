@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from robojoule.report.drawing import Drawing
-from robojoule.report.labels import ENERGY_PARTS
+from robojoule.report.labels import ENERGY_PARTS, MINUS
 from robojoule.report.profile_figures import typical_motion
 from robojoule.report.results import Columns, Results
 from robojoule.report.style import Style
 
-MINUS = "\N{MINUS SIGN}"
 LABELLED_TREES = 40  # more bars than this leave no room for names
 
 
@@ -22,7 +21,7 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
         ' WHERE motion_id = ? AND "distinct" ORDER BY duration_s',
         motion,
     )
-    figure, ax = style.figure()
+    figure, ax = style.figure(0.64)
     duration, parts = rows["duration_s"], _used(rows)
     best = int(np.argmin(rows["energy_j"]))
     changes = {part: rows[part][best] - rows[part][0] for part in parts}
@@ -41,7 +40,7 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
     ax.plot(duration, rows["energy_j"], "o-", color="black", markersize=3, linewidth=1.0, label="sum: mains energy")
     ax.set_xlabel("duration [s]")
     ax.set_ylabel("energy [J]")
-    ax.legend(loc="upper left", reverse=True)
+    figure.legend(loc="outside lower center", ncols=4)
     return Drawing(
         figure,
         f"Where the energy of motion {motion} goes, from the fastest to the slowest run. From the fastest run to the "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+MINUS = "\N{MINUS SIGN}"
+
 METHODS = {
     "unoptimized": "unoptimised",
     "uniform": "uniform speed limit",

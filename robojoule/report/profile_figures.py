@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from robojoule.profile import MeasuredProfile, fit_polynomial, measured_profile
 from robojoule.profile.polynomial import POWERS
 from robojoule.report.drawing import Drawing, curve, smooth_profile, spread
+from robojoule.report.labels import MINUS
 from robojoule.report.results import Results
 from robojoule.report.style import BLUE, GREEN, GREY, ORANGE, RED, Style
 
@@ -166,7 +167,7 @@ def krc_chords(results: Results, style: Style) -> Drawing:
     ax.plot(runs.durations_s, runs.energies_j, "o", color=GREEN, fillstyle="none", markersize=8, label="the five runs")
     _name_axes(ax)
     ax.legend()
-    slopes = ", ".join(f"{slope:.0f} W" for slope in chords.slopes_w)
+    slopes = ", ".join(f"{slope:.0f} W" for slope in chords.slopes_w).replace("-", MINUS)
     return Drawing(
         figure,
         f"KRC profile of motion {motion}: the polynomial through five runs equidistant in speed and its "

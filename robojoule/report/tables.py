@@ -7,11 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robojoule.report.labels import METHODS, MODELS, TARGETS, method_label
+from robojoule.report.labels import METHODS, MINUS, MODELS, TARGETS, method_label
 from robojoule.report.results import Results, Rows, number, published
 
 QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": "mean"}
 UNITS = {"_percent": "%", "_j_per_s": "J/s", "_kg": "kg", "_rad": "rad", "_w": "W", "_j": "J", "_s": "s", "_m": "m"}
+# Symbols of the thesis inside column names; "@" keeps an underscore.
+SYMBOLS = {"ec_d_min": "EC d@min", "d_min": "d@min", "krc_": "KRC "}
 ERRORS = {"abs": "absolute", "rel_percent": "relative [%]"}
 
 
@@ -33,7 +35,7 @@ class Table:
 
 
 def _cell(value: float, digits: int = 2) -> str:
-    return "" if value != value else f"{value:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    return "" if value != value else f"{value:.{digits}f}".replace("-", MINUS)
 
 
 def table_6_1(results: Results) -> list[Table]:
@@ -129,8 +131,14 @@ def column_label(name: str) -> str:
     """Name of a column for people: its unit in brackets."""
     for suffix, unit in UNITS.items():
         if name.endswith(suffix):
-            return f"{name.removesuffix(suffix).replace('_', ' ')} [{unit}]"
-    return name.replace("_", " ")
+            return f"{_words(name.removesuffix(suffix))} [{unit}]"
+    return _words(name)
+
+
+def _words(name: str) -> str:
+    for written, read in SYMBOLS.items():
+        name = name.replace(written, read)
+    return name.replace("_", " ").replace("@", "_")
 
 
 def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:

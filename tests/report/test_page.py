@@ -96,7 +96,7 @@ def test_every_figure_stands_in_the_contents(page: Page):
 
 
 def test_claims_are_shown_as_text_with_their_verdict(page: Page, html: str):
-    assert "more &lt;segments&gt; help &amp; save" in html
+    assert "More &lt;segments&gt; help &amp; save" in html
     text = " ".join(" ".join(page.texts).split())
     assert "-1.00 points ✗ not held" in text and "marked as not held" in text
 

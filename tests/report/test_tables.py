@@ -76,10 +76,11 @@ def test_difference_is_ours_less_theirs(toy_results: Results):
 @pytest.mark.parametrize(
     ("name", "shown"),
     [
-        ("d_min_s", "d min [s]"),
+        ("ec_d_min_j", "EC d_min [J]"),
+        ("d_min_s", "d_min [s]"),
         ("saving_percent", "saving [%]"),
         ("steepness_j_per_s", "steepness [J/s]"),
-        ("krc_polynomial_4_110_j", "krc polynomial 4 110 [J]"),
+        ("krc_polynomial_4_110_j", "KRC polynomial 4 110 [J]"),
         ("trees", "trees"),
     ],
 )
