@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
@@ -17,10 +18,12 @@ from robojoule.config import Params, RobotParams
 from robojoule.dataset import MotionTable, motions_of_trees, motions_table, paths_table, runs_table, write_samples
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
+from robojoule.reference.check import check_energy_model
 from robojoule.reference.figures import energy_model_figures
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 from robojoule.simulation import MotionPaths
+from robojoule.validation.kr300 import kr300_energy_error_percent
 from stages._cli import run
 from stages.layout import Layout
 
@@ -45,6 +48,8 @@ def simulate_motions(params: Params, layout: Layout) -> None:
             pq.write_table(table, temporary, compression="zstd")
     metrics = energy_model_metrics(robot_of(params.robot), joined[0], joined[1])
     write_text(layout.metrics_dir / "energy_model.json", json.dumps(metrics, indent=2) + "\n")
+    with atomic_path(layout.tables_dir / "energy_model.csv") as temporary:
+        pacsv.write_csv(check_energy_model(metrics), temporary)
 
 
 def robot_of(params: RobotParams) -> Robot:
@@ -88,6 +93,7 @@ def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dic
         "idle_power_median_w": float(np.median(idle)),
         "idle_power_max_w": float(idle.max()),
         "rising_slope_over_idle": figures["rising_chord_w"] / idle_home,
+        "kr300_energy_error_percent": kr300_energy_error_percent(),
     }
     return {name: round(value, 6) for name, value in figures.items()}
 

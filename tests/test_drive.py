@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.core_cases import kr16
 from robojoule.drive import idle_power_w, mains_power_w
+from tests.core_cases import kr16
 
 
 @pytest.fixture

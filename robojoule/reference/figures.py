@@ -38,10 +38,6 @@ def energy_model_figures(
     inside = (best > 0) & (optimum_s > duration[:, -1] + 1e-9)
     rising = np.flatnonzero(best > 0)
     chord = (energy[rising, 0] - optimum_j[rising]) / (duration[rising, 0] - optimum_s[rising])
-    shape = (
-        np.stack([duration[:, -1], energy[:, -1], optimum_s, optimum_j, duration[:, 0], energy[:, 0]], axis=1)
-        / EXAMPLE_MOTION.ravel()
-    )
     return {
         "mean_power_full_speed_w": float(powers.mean()),
         "min_tree_power_full_speed_w": float(powers.min()),
@@ -50,8 +46,24 @@ def energy_model_figures(
         "optimum_inside_percent": 100.0 * float(inside.mean()),
         "rising_linear_r2": rising_linear_r2(duration, energy),
         "rising_chord_w": float(np.median(chord)),
-        "example_motion_deviation": float(np.abs(shape - 1.0).max(axis=1).min()),
+        "example_motion_deviation": float(np.abs(example_deviations(duration, energy)).max(axis=1).min()),
     }
+
+
+def example_deviations(duration_s: Array, energy_j: Array) -> Array:
+    """Relative deviations of each motion from the thesis's example.
+
+    Args:
+        duration_s: Durations by motion and rising speed limit, shape (M, S). [s]
+        energy_j: Energies, shape (M, S). [J]
+
+    Returns:
+        Duration and energy at full speed, at the optimum and at the slowest speed limit, shape (M, 6). [-]
+    """
+    number, best = np.arange(len(energy_j)), energy_j.argmin(axis=1)
+    pairs = [(x[:, -1], x[number, best], x[:, 0]) for x in (duration_s, energy_j)]
+    shape = np.stack([values[k] for k in range(3) for values in pairs], axis=1)
+    return np.asarray(shape / EXAMPLE_MOTION.ravel() - 1.0)
 
 
 def rising_linear_r2(duration_s: Array, energy_j: Array) -> float:

@@ -2,7 +2,7 @@
 
 Motor constants, friction, inverter efficiency and standby of this robot are published nowhere. They are fitted here,
 within stated plausible ranges (`targets.yaml`), so that simulated trees show the published power level and profiles
-of the published shape. The search (differential evolution) is seeded; its result is written into the catalog.
+of the published shape. The search (least squares from several starts) is seeded; its result goes into the catalog.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pydantic import Field
 from robojoule.documents import Document, load, write_document
 from robojoule.drive import Array
 from robojoule.operations.generate import generate_configurations
-from robojoule.reference.figures import energy_model_figures
+from robojoule.reference.figures import energy_model_figures, example_deviations
 from robojoule.robots import catalog_path, load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload, Robot
@@ -51,11 +51,11 @@ class Trees(Document):
 
 
 class Optimiser(Document):
-    """Differential evolution."""
+    """Least squares from several starts."""
 
     seed: int
-    population: int
-    generations: int
+    starts: int
+    iterations: int
     prior_weight: float
 
 
@@ -69,6 +69,7 @@ class FitSetup(Document):
     example_motion: dict[str, dict[str, float]]
     gear_ratio: list[float]
     start: dict[str, list[float]]
+    start_shared: dict[str, float]
     ranges: dict[str, Range]
     fixed: dict[str, float]
     optimiser: Optimiser
@@ -114,62 +115,73 @@ def set_drives(robot: Robot, setup: FitSetup, values: dict[str, float]) -> None:
     robot.drives = dataclasses.replace(robot.drives, base_power_w=float(idle - holding))
 
 
-def figures_of(robot: Robot, motions: tuple[Array, Array, Index]) -> dict[str, float]:
-    """Figures of the targets, for the robot's present drives."""
+def figures_of(robot: Robot, motions: tuple[Array, Array, Index]) -> tuple[dict[str, float], Array]:
+    """Figures of the targets for the robot's present drives, and the deviations of the motion nearest the example."""
     start, end, tree = motions
     paths = MotionPaths(robot, start, end)
     runs = paths.simulate(SPEED_LIMITS)
     idle = float(MotionPaths(robot, robot.home_rad, robot.home_rad).idle_power_start_w[0])
     figures = energy_model_figures(runs.duration_s, runs.energy_j, tree)
     figures["rising_slope_over_idle"] = figures["rising_chord_w"] / idle
-    return figures | {"idle_power_home_w": idle}
+    deviations = example_deviations(runs.duration_s, runs.energy_j)
+    return figures | {"idle_power_home_w": idle}, deviations[np.abs(deviations).max(axis=1).argmin()]
 
 
-def misfit(figures: dict[str, float], setup: FitSetup) -> float:
-    """Sum of squared misses of the targets, each over its scale."""
-    total = 0.0
+def residuals(figures: dict[str, float], nearest: Array, setup: FitSetup) -> Array:
+    """Misses of the targets, each over its scale; zero inside the aims.
+
+    Args:
+        figures: Figures of the targets.
+        nearest: Relative deviations of the motion nearest to the example, shape (6,). [-]
+        setup: Targets.
+    """
+    misses = []
     for name, target in setup.targets.items():
-        value = figures[name]
-        miss = max(target.aim[0] - value, value - target.aim[1], 0.0)
-        total += (miss / target.scale) ** 2
-    return total
+        values = nearest if name == "example_motion_deviation" else np.array([figures[name]])
+        low = -target.aim[1] if name == "example_motion_deviation" else target.aim[0]
+        misses.append((values - np.clip(values, low, target.aim[1])) / target.scale)
+    return np.concatenate(misses)
 
 
 def fit(setup: FitSetup, *, progress: bool = False) -> dict[str, float]:
-    """Search the parameter values with the least misfit.
+    """Search the parameter values with the least squared misses, from several seeded starts.
 
     Returns:
         Value of every entry of `ranges`.
     """
-    from scipy.optimize import differential_evolution
+    from scipy.optimize import least_squares
 
     robot = load_robot(setup.robot, Payload(setup.payload_kg))
     motions = fit_trees(setup, robot)
-    names = list(setup.ranges)
+    names, settings = list(setup.ranges), setup.optimiser
     factors = np.array([name not in SHARED_FIGURES for name in names])
+    low, high = np.array([setup.ranges[name] for name in names]).T
 
-    def cost(vector: Array) -> float:
+    def misses(shares: Array) -> Array:
+        vector = low + shares * (high - low)
         set_drives(robot, setup, dict(zip(names, vector.tolist(), strict=True)))
-        prior = setup.optimiser.prior_weight * float((np.log(vector[factors]) ** 2).sum())
-        return misfit(figures_of(robot, motions), setup) + prior
+        figures, nearest = figures_of(robot, motions)
+        prior = np.sqrt(settings.prior_weight) * np.log(vector[factors])
+        return np.concatenate([residuals(figures, nearest, setup), prior])
 
-    def report(intermediate_result: object) -> None:
-        if progress:
-            print(f"fit: misfit {getattr(intermediate_result, 'fun', float('nan')):.4f}", flush=True)
-
-    rng = np.random.default_rng(setup.optimiser.seed)
-    bounds = np.array([setup.ranges[name] for name in names])
-    first = bounds[:, 0] + rng.random((setup.optimiser.population, len(names))) * (bounds[:, 1] - bounds[:, 0])
-    result = differential_evolution(
-        cost,
-        bounds,
-        init=first,
-        maxiter=setup.optimiser.generations,
-        rng=rng,
-        polish=False,
-        callback=report,
+    rng = np.random.default_rng(settings.seed)
+    first = (np.array([1.0 if name not in SHARED_FIGURES else setup.start_shared[name] for name in names]) - low) / (
+        high - low
     )
-    return {name: round(float(value), 4) for name, value in zip(names, result.x, strict=True)}
+    best, best_cost = low, np.inf
+    for start in range(settings.starts):
+        result = least_squares(
+            misses,
+            first if start == 0 else rng.uniform(0.2, 0.8, len(names)),
+            bounds=(0.0, 1.0),
+            diff_step=0.02,  # wide, as shares and extremes over the motions are not smooth
+            max_nfev=settings.iterations,
+        )
+        if progress:
+            print(f"fit: start {start + 1} of {settings.starts}, sum of squares {2 * result.cost:.4f}", flush=True)
+        if result.cost < best_cost:
+            best, best_cost = low + result.x * (high - low), result.cost
+    return {name: round(float(value), 4) for name, value in zip(names, best, strict=True)}
 
 
 def drives_document(robot: Robot) -> dict[str, object]:
@@ -200,7 +212,7 @@ def main() -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     document["drives"] = drives_document(robot)
     write_document(path, document)
-    figures = figures_of(load_robot(setup.robot, Payload(setup.payload_kg)), fit_trees(setup, robot))
+    figures, _ = figures_of(load_robot(setup.robot, Payload(setup.payload_kg)), fit_trees(setup, robot))
     write_document(
         FOLDER / "fitted.yaml", {"parameters": values, "figures": {k: round(v, 4) for k, v in figures.items()}}
     )
