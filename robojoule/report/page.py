@@ -74,6 +74,7 @@ def report_html(results: Results, pictures: Sequence[Picture], claims: Rows, met
         more=[
             table
             for table in (
+                tables.plain(results, "energy_model", "The energy model against the published figures"),
                 tables.plain(results, "retrace", "Forward and reverse profiles of the same paths compared"),
                 tables.plain(results, "payload_sensitivity", "Sensitivity to the payload"),
                 tables.plain(results, "suitability", "How well the order of suitability is predicted"),
