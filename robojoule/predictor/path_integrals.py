@@ -29,7 +29,7 @@ from robojoule.simulation import MotionPaths
 from robojoule.timing import Index
 from robojoule.trajectory import PHASES
 
-_CHUNK = 64  # motions evaluated at once: keeps the work arrays in the processor's cache
+_CHUNK = 160  # runs evaluated at once: keeps the work arrays in the processor's cache
 BODY_PARAMETERS = 10  # mass, first moments (3), inertia about the joint's origin (6)
 
 
@@ -124,8 +124,9 @@ class PathIntegrals:
         parts = {name: np.zeros((motions, speeds, width)) for name, width in names.items()} if gradient else {}
         drawn = np.zeros((motions, speeds))
         moments = np.zeros((motions if gradient else 0, speeds, len(inertial)))
-        for first in range(0, len(self.rows), _CHUNK):
-            rows = self.rows[first : first + _CHUNK]
+        chunk = max(1, _CHUNK // speeds)
+        for first in range(0, len(self.rows), chunk):
+            rows = self.rows[first : first + chunk]
             bus, positive, weights = self._integrate(rows, coefficients[rows], drives, factor[rows], parts)
             power = drives.base_power_w + drives.drive_active_power_w
             energy[rows] = power * self.duration_s[rows] + positive / drives.inverter_efficiency

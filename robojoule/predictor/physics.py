@@ -54,8 +54,20 @@ class Measurements:
     def only(self, rows: NDArray[np.bool_]) -> Measurements:
         """The same with the measurements of other motions left out."""
         keep = rows[:, None]
+        return replace(self, energy_j=np.where(keep, self.energy_j, np.nan), idle_w=np.where(keep, self.idle_w, np.nan))
+
+    def thinned(self, runs_per_motion: int) -> Measurements:
+        """The same with fewer runs of each motion: spread over the speed limits, shifted from motion to motion."""
+        count = self.energy_j.shape[1]
+        if runs_per_motion >= count:
+            return self
+        spread = np.arange(runs_per_motion) * count // runs_per_motion
+        chosen = np.sort((spread + np.arange(len(self.energy_j))[:, None]) % count, axis=1)
+        limits = np.broadcast_to(self.speed_limits, self.energy_j.shape)
         return replace(
-            self, energy_j=np.where(keep, self.energy_j, np.nan), idle_w=np.where(keep, self.idle_w, np.nan)
+            self,
+            speed_limits=np.take_along_axis(limits, chosen, axis=1),
+            energy_j=np.take_along_axis(self.energy_j, chosen, axis=1),
         )
 
 
@@ -141,10 +153,11 @@ class ProfilePredictor:
 
     def _predict(self, unknowns: Unknowns, paths: MotionPaths, limits: Array) -> PredictedProfiles:
         integrals = PathIntegrals(paths, limits, self.directions)
-        found, jacobian = _evaluated(unknowns, integrals, self.calibration.x)
+        expected = unknowns.expected(self.calibration.x, self.calibration.covariance)
+        found, jacobian = _evaluated(unknowns, integrals, expected)
         factor = self.residual.factor(_features(unknowns, integrals, found, jacobian))
         energy, jacobian = found.energy_j * factor, jacobian * factor[..., None]
-        convex = np.stack([_lower_hull(d, e) for d, e in zip(integrals.duration_s, energy, strict=True)])
+        convex = np.stack([_lower_hull(*row) for row in zip(integrals.duration_s, energy, limits, strict=True)])
         deviation = self._deviation(unknowns, jacobian)
         fastest = integrals.duration_s.argmin(axis=1)[:, None]
         at_full = np.take_along_axis(jacobian, fastest[..., None], axis=1)
@@ -274,12 +287,9 @@ def _without(part: MeasuredMotions, trees: NDArray[np.intp]) -> MeasuredMotions:
     return replace(part, energy_j=np.where(keep, part.energy_j, np.nan), idle_w=np.where(keep, part.idle_w, np.nan))
 
 
-def _lower_hull(duration_s: Array, energy_j: Array) -> Array:
-    """Largest convex function of the duration below the energies, at the same durations."""
-    if duration_s.max() <= 0.0:
-        return energy_j
-    runs = measured_profile(duration_s, energy_j, np.ones_like(duration_s))
-    hull = runs.piecewise().lower_hull
+def _lower_hull(duration_s: Array, energy_j: Array, speed_limit: Array) -> Array:
+    """Largest convex function of the duration below the energies of distinct runs, at the same durations."""
+    hull = measured_profile(duration_s, energy_j, speed_limit).piecewise().lower_hull
     return np.interp(duration_s, hull.durations_s, hull.energies_j)
 
 

@@ -1,0 +1,191 @@
+"""Plans of a study: what each method believes of the motions, the plan that follows, and what the plant makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robojoule.drive import Array
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.experiment import cycle_times
+from robojoule.planning.methods import (
+    WAIT_PREFERENCE_W,
+    greedy,
+    measured_profiles,
+    polynomial_costs,
+    profiling_speed_limits,
+    rule_plan,
+    three_segment_costs,
+    uniform_speed_limits,
+)
+from robojoule.planning.model import VertexCosts
+from robojoule.planning.solve import SpeedPlan
+from robojoule.planning.writeback import speed_limits_of_plans
+from robojoule.predictor.physics import PredictedProfiles
+from robojoule.profile import ThreeSegmentShape, measured_profile
+from robojoule.simulation import MotionPaths
+from robojoule.study.cases import PlantBatch
+from robojoule.study.chain import chain_plans
+
+Costs = list[list[VertexCosts]]
+REFINED = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])  # further samples of the true profile, in steps of the first ones
+
+
+@dataclass(frozen=True)
+class PlanEnergies:
+    """Energies of plans on the plant.
+
+    Attributes:
+        relaxations_percent: R cycle times as shares of the least one. [%]
+        energy_j: Method -> energies of its cycles, shape (T, R). [J]
+    """
+
+    relaxations_percent: tuple[float, ...]
+    energy_j: dict[str, Array]
+
+    def gaps_percent(self, method: str) -> Array:
+        """Gap to the optimum, shape (T, R). [%]"""
+        best = self.energy_j["optimum"]
+        return np.asarray(100.0 * (self.energy_j[method] - best) / best)
+
+
+def predicted_costs(batch: TreeBatch, predicted: PredictedProfiles, *, cautious: bool = False) -> Costs:
+    """Costs of predicted profiles and idle powers, a list a tree."""
+    return [
+        [
+            VertexCosts(
+                predicted.piecewise(motion, cautious=cautious),
+                float(predicted.idle_start_w[motion]),
+                float(predicted.idle_end_w[motion]),
+            )
+            for motion in range(rows.start, rows.stop)
+        ]
+        for rows in batch.rows
+    ]
+
+
+def path_costs(batch: TreeBatch, paths: MotionPaths, speed_limits: Array) -> Costs:
+    """Costs of profiles that a simulation of `paths` gives at speed limits, shape (M, S)."""
+    runs = paths.simulate(speed_limits)
+    start, end = paths.idle_power_start_w, paths.idle_power_end_w
+    return [
+        [
+            VertexCosts(
+                measured_profile(runs.duration_s[m], runs.energy_j[m], speed_limits[m]).piecewise().lower_hull,
+                float(start[m]),
+                float(end[m]),
+            )
+            for m in range(rows.start, rows.stop)
+        ]
+        for rows in batch.rows
+    ]
+
+
+def polynomial_method(batch: PlantBatch, segments: int) -> Costs:
+    """The original plug-in: five runs of the plant, Eq. 3.1, equidistant chords, true idle power."""
+    limits = profiling_speed_limits(batch, "speed")
+    runs = batch.paths.simulate(limits)
+    profiles = measured_profiles(runs.duration_s, runs.energy_j, limits)
+    return [
+        polynomial_costs(profiles[rows], segments, batch.idle_prior_w[rows], batch.idle_post_w[rows])
+        for rows in batch.rows
+    ]
+
+
+def three_segment_method(batch: TreeBatch, parameters: Array) -> Costs:
+    """The thesis's predictor: three numbers of each motion (saving, optimal duration, penalty), shape (M, 3)."""
+    return [
+        three_segment_costs(
+            batch.d_min_s[rows],
+            parameters[rows, 1],
+            batch.d_max_s[rows],
+            parameters[rows, 0],
+            parameters[rows, 2],
+            ThreeSegmentShape(),
+        )
+        for rows in batch.rows
+    ]
+
+
+def evaluate_plans(
+    batch: PlantBatch, methods: Mapping[str, Costs], relaxations_percent: Sequence[float], dense_speed_limits: int
+) -> PlanEnergies:
+    """Plan every tree by every method and simulate the plans on the plant.
+
+    Args:
+        batch: Trees on their plant.
+        methods: Costs by method; `predicted_three_segment` prefers waiting as in the thesis.
+        relaxations_percent: Cycle times as shares of the least one. [%]
+        dense_speed_limits: Speed limits of the true profiles for the optimum.
+
+    Returns:
+        Energies, also of `unoptimized`, `uniform`, `greedy` and `optimum`.
+    """
+    times = cycle_times(batch, relaxations_percent)
+    plans: dict[str, list[list[SpeedPlan]]] = _rules(batch, times)
+    for method, costs in methods.items():
+        preference = WAIT_PREFERENCE_W if method == "predicted_three_segment" else 0.0
+        plans[method] = _solved(batch, costs, times, preference)
+    plans["optimum"] = _optimum(batch, times, dense_speed_limits)
+    limits = np.concatenate([speed_limits_of_plans(batch, of_method) for of_method in plans.values()], axis=1)
+    runs = batch.paths.simulate(limits)
+    count = times.shape[1]
+    energies = {}
+    for place, (method, of_method) in enumerate(plans.items()):
+        columns = slice(place * count, (place + 1) * count)
+        energies[method] = _cycle_energies(
+            batch, of_method, runs.duration_s[:, columns], runs.energy_j[:, columns]
+        )
+    return PlanEnergies(tuple(relaxations_percent), energies)
+
+
+def _solved(batch: PlantBatch, costs: Costs, times: Array, preference_w: float = 0.0) -> list[list[SpeedPlan]]:
+    return [
+        chain_plans(graph, of_tree, row, preference_w)
+        for graph, of_tree, row in zip(batch.graphs, costs, times, strict=True)
+    ]
+
+
+def _optimum(batch: PlantBatch, times: Array, dense_speed_limits: int) -> list[list[SpeedPlan]]:
+    """Plans on the hulls of densely simulated true profiles, refined once round the planned speed limits."""
+    limits = batch.speed_limits(dense_speed_limits)
+    plans = _solved(batch, path_costs(batch, batch.paths, limits), times)
+    around = speed_limits_of_plans(batch, plans)
+    spacing = (limits[:, -1] - limits[:, 0])[:, np.newaxis, np.newaxis] / (dense_speed_limits - 1)
+    finer = around[:, :, np.newaxis] + spacing * REFINED
+    top = limits[:, -1:]
+    refined = np.clip(finer.reshape(len(limits), -1), limits[:, :1], top)
+    # Sampled over the whole range too, so that a plan may move away from where the first one was.
+    return _solved(batch, path_costs(batch, batch.paths, np.concatenate([limits, refined], axis=1)), times)
+
+
+def _rules(batch: PlantBatch, times: Array) -> dict[str, list[list[SpeedPlan]]]:
+    common = uniform_speed_limits(batch, times)
+    of_motions = np.repeat(common, [rows.stop - rows.start for rows in batch.rows], axis=0)
+    uniform = batch.paths.durations(of_motions)
+    limits = batch.speed_limits(10)
+    runs = batch.paths.simulate(limits)
+    profiles = measured_profiles(runs.duration_s, runs.energy_j, limits)
+    cases = list(zip(batch.graphs, batch.rows, times, strict=True))
+    return {
+        "unoptimized": [[rule_plan(g, batch.d_min_s[rows], float(t)) for t in row] for g, rows, row in cases],
+        "uniform": [
+            [rule_plan(g, uniform[rows, r], float(t)) for r, t in enumerate(row)] for g, rows, row in cases
+        ],
+        "greedy": [[greedy(g, profiles[rows], float(t)) for t in row] for g, rows, row in cases],
+    }
+
+
+def _cycle_energies(
+    batch: PlantBatch, plans: list[list[SpeedPlan]], durations_s: Array, energies_j: Array
+) -> Array:
+    """Energies of cycles, shape (T, R); what a motion is faster than planned becomes wait after it. [J]"""
+    result = np.empty((len(batch.rows), len(plans[0])))
+    for tree, rows in enumerate(batch.rows):
+        prior, post = batch.idle_prior_w[rows], batch.idle_post_w[rows]
+        for r, plan in enumerate(plans[tree]):
+            after = plan.post_waits_s + plan.collision_waits_s + plan.durations_s - durations_s[rows, r]
+            result[tree, r] = float(energies_j[rows, r].sum() + plan.prior_waits_s @ prior + after @ post)
+    return result

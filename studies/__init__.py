@@ -1,0 +1,1 @@
+"""The larger comparisons: one module a stage of `studies/dvc.yaml`."""
