@@ -21,7 +21,7 @@ from robojoule.drive import Array
 from robojoule.dynamics import PathTorques
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
-from robojoule.trajectory import PathLaw, duration_at_peak_s, path_law, reachable_velocity
+from robojoule.trajectory import ROUNDING, PathLaw, duration_at_peak_s, path_law, reachable_velocity
 
 Index = NDArray[np.intp]
 
@@ -122,16 +122,51 @@ class PathTiming:
             return fastest
         # Above `top` the peak is not reached on the path, so that it shortens nothing.
         top = self._bisect(lambda v: ~self._reachable(v, rows), np.zeros(len(rows)), self.full_velocity[rows])
-        low, high = np.zeros_like(top), top.copy()
+        candidates = top[:, None] * _SEARCH_GRID
+        low, high = self._first_rise(candidates, rows)
+        floors = self._floor_velocities(rows)
+        floored = np.flatnonzero((floors < top[:, None]).any(axis=1))
+        if floored.size:
+            narrow = np.minimum(floors[floored] * (1.0 - ROUNDING), top[floored, None])
+            both = np.sort(np.concatenate([candidates[floored], narrow], axis=1), axis=1)
+            low[floored], high[floored] = self._first_rise(both, rows[floored])
+        fastest[rows] = self._bisect(lambda v: self._duration_slope(v, rows) > 0.0, low, high)
+        return fastest
+
+    def _first_rise(self, candidates: Array, rows: Index) -> tuple[Array, Array]:
+        """Neighbouring candidates between which the duration begins to rise; the last two where it never does.
+
+        Args:
+            candidates: Rising peak velocities, shape (M', C). [1/s]
+            rows: Which motions, shape (M',).
+        """
+        low, high = np.zeros(len(rows)), candidates[:, -1].copy()
         open_rows = np.ones(len(rows), dtype=bool)
-        for share in _SEARCH_GRID:  # the first stretch of the grid behind which the duration rises again
-            v = share * top
+        for v in candidates.T:
             rises = self._duration_slope(v, rows) > 0.0
             low = np.where(open_rows & ~rises, v, low)
             high = np.where(open_rows & rises, v, high)
             open_rows &= ~rises
-        fastest[rows] = self._bisect(lambda v: self._duration_slope(v, rows) > 0.0, low, high)
-        return fastest
+        return low, high
+
+    def _floor_velocities(self, rows: Index) -> Array:
+        """Peak velocities at which a torque limit falls to its floor, shape (M', K); infinite if it never does. [1/s]
+
+        Until there, the duration by one limit alone falls and then rises; behind it, it may fall again. A rise that is
+        too narrow for the search grid therefore ends in one of these.
+        """
+        limits = self._limits
+        a, b, c = limits.centrifugal[rows], limits.viscous[rows], limits.standing[rows]
+        room = limits.usable[rows] - limits.floor[rows]
+        found = np.full(a.shape, np.inf)
+        for side in (-1.0, 1.0):
+            offset = c + side * room
+            with np.errstate(invalid="ignore", divide="ignore"):
+                root = np.sqrt(b**2 - 4.0 * a * offset)
+                for q in (-(b + root) / 2.0, -(b - root) / 2.0):  # the two ways that lose no digits
+                    for v in (q / a, offset / q):
+                        found = np.where((v > 0.0) & (v < found), v, found)
+        return np.where(np.abs(c) < room, found, np.inf)
 
     @staticmethod
     def _bisect(beyond: Callable[[Array], NDArray[np.bool_]], low: Array, high: Array) -> Array:

@@ -141,6 +141,12 @@ def test_durations_fall_with_the_speed_limit_and_torques_keep_their_limit(paths,
     assert paths.durations(SPEED_LIMITS) == pytest.approx(runs.duration_s, abs=1e-9)
 
 
+def test_durations_never_rise_with_the_speed_limit(robot):
+    """Also where the torque floor makes the duration fall again behind a narrow rise."""
+    paths = MotionPaths(robot, *random_motions(robot, 400, seed=4))
+    assert np.diff(paths.durations(np.linspace(0.02, 1.0, 300)), axis=1).max() <= 1e-12
+
+
 def test_joint_velocities_keep_the_speed_limit(robot, paths):
     for limit in (0.1, 0.55, 1.0):
         speed = paths.peak_velocities([limit])[:, 0, None] * np.abs(paths.delta_rad)
