@@ -24,6 +24,7 @@ _PREFECT_HOME = tempfile.mkdtemp(prefix="prefect-home-")
 os.environ.update(
     PREFECT_HOME=_PREFECT_HOME,
     PREFECT_SERVER_ANALYTICS_ENABLED="false",
+    PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS="5",  # looks for new schedules every 60 s otherwise
     PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW="ignore",
     MLFLOW_DISABLE_TELEMETRY="true",
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
