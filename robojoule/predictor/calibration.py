@@ -92,10 +92,10 @@ def calibrate(unknowns: Unknowns, measured: Sequence[MeasuredMotions], prior: Pr
             index = np.array([place[int(tree)] for tree in part.tree])
             drives = unknowns.drives(x)
             found = part.integrals.evaluate(drives, unknowns.inertial(x), np.exp(states[index]), gradient=True)
-            assert found.energy_gradient is not None and found.idle_gradient is not None  # noqa: S101  for mypy
+            of_energy, of_idle = found.gradients()
             blocks = (
-                (part.energy_j, found.energy_j, unknowns.chain(found.energy_gradient, drives)),
-                (part.idle_w, found.idle_w, unknowns.chain(found.idle_gradient, drives)),
+                (part.energy_j, found.energy_j, unknowns.chain(of_energy, drives)),
+                (part.idle_w, found.idle_w, unknowns.chain(of_idle, drives)),
             )
             for kind, (truth, model, gradient) in enumerate(blocks):
                 row, column = np.nonzero(np.isfinite(truth) & part.integrals.moving[:, None])
@@ -120,9 +120,7 @@ def calibrate(unknowns: Unknowns, measured: Sequence[MeasuredMotions], prior: Pr
         x, states = x + step / largest, states + change / largest
         after = np.concatenate(relative)
         state_spread = float(
-            np.sqrt(
-                (_PSEUDO_TREES * STATE_SPREAD**2 + (states**2 + 1.0 / own).sum()) / (_PSEUDO_TREES + len(trees))
-            )
+            np.sqrt((_PSEUDO_TREES * STATE_SPREAD**2 + (states**2 + 1.0 / own).sum()) / (_PSEUDO_TREES + len(trees)))
         )
         deviation = _TO_DEVIATION * float(np.median(np.abs(after)))
         # Before the second step residuals tell of the nominal entry's errors, not of noise.

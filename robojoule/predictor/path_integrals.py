@@ -76,6 +76,16 @@ class EnergyIntegrals:
     energy_gradient: EnergyGradient | None
     idle_gradient: EnergyGradient | None
 
+    def gradients(self) -> tuple[EnergyGradient, EnergyGradient]:
+        """Derivatives of energies and idle powers.
+
+        Raises:
+            ValueError: They were not asked for.
+        """
+        if self.energy_gradient is None or self.idle_gradient is None:
+            raise ValueError("the derivatives were not integrated")
+        return self.energy_gradient, self.idle_gradient
+
 
 class PathIntegrals:
     """Path integrals of M motions at S speed limits.
@@ -293,4 +303,4 @@ def link_regressors(robot: Robot, start_rad: Array, delta_rad: Array, nodes_s: A
             values[motion, node, joints : 2 * joints] = velocity - gravity
             values[motion, node, 2 * joints :] = gravity
     to_coefficients = np.linalg.inv(chebyshev_basis(nodes_s, count))
-    return np.matmul(to_coefficients, values.reshape(motions, count, -1)).reshape(values.shape)
+    return np.asarray(np.matmul(to_coefficients, values.reshape(motions, count, -1)).reshape(values.shape))

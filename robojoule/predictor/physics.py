@@ -8,6 +8,7 @@ residual (`residual`). Profiles are convex by construction: the lower hull of th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -144,10 +145,11 @@ class ProfilePredictor:
         limits = np.asarray(speed_limits, dtype=float)
         limits = np.broadcast_to(limits, (paths.motions, limits.shape[-1])).copy()
         blocks = []
-        for first in range(0, paths.motions, _BLOCK):
-            rows = slice(first, first + _BLOCK)
-            part = paths if paths.motions <= _BLOCK else sub_paths(paths, rows)
-            blocks.append(self._predict(unknowns, part, limits[rows]))
+        with one_thread():
+            for first in range(0, paths.motions, _BLOCK):
+                rows = slice(first, first + _BLOCK)
+                part = paths if paths.motions <= _BLOCK else sub_paths(paths, rows)
+                blocks.append(self._predict(unknowns, part, limits[rows]))
         names = PredictedProfiles.__dataclass_fields__
         return PredictedProfiles(**{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names})
 
@@ -174,7 +176,7 @@ class ProfilePredictor:
         )
 
     def _deviation(self, unknowns: Unknowns, jacobian: Array) -> Array:
-        """Standard deviation of energies (or of differences) by the unknowns and the hidden state, (..., p) -> (...)."""
+        """Standard deviation of energies, or of differences, from derivatives of shape (..., p); shape (...). [J]"""
         state = jacobian[..., unknowns.part("viscous")].sum(axis=-1) * self.calibration.state_spread
         variance = np.einsum("...p,pq,...q->...", jacobian, self.calibration.covariance, jacobian, optimize=True)
         return np.asarray(np.sqrt(np.maximum(variance, 0.0) + state**2))
@@ -194,6 +196,19 @@ def fit_profile_predictor(
         prior: Belief before the measurements; that of the entry if not given.
         residual: Whether a correction may be learned.
     """
+    with one_thread():
+        return _fit(robot, measured, prior, residual=residual)
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Matrix products on one thread: they are small, and their sums must not depend on the number of threads."""
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    limits: AbstractContextManager[object] = threadpool_limits(1)
+    return limits
+
+
+def _fit(robot: Robot, measured: Sequence[Measurements], prior: Prior | None, *, residual: bool) -> ProfilePredictor:
     directions = inertial_directions(robot, INERTIAL_DIRECTIONS, INERTIA_SPREAD)
     unknowns = Unknowns(robot.drives, directions)
     prior = prior or unknowns.prior()
@@ -226,9 +241,7 @@ def _evaluated(
 ) -> tuple[EnergyIntegrals, Array]:
     drives = unknowns.drives(x)
     found = integrals.evaluate(drives, unknowns.inertial(x), viscosity, gradient=True)
-    if found.energy_gradient is None:
-        raise ValueError("no derivatives")
-    return found, unknowns.chain(found.energy_gradient, drives)
+    return found, unknowns.chain(found.gradients()[0], drives)
 
 
 def _features(unknowns: Unknowns, integrals: PathIntegrals, found: EnergyIntegrals, jacobian: Array) -> Array:

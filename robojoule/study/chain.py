@@ -51,12 +51,15 @@ def chain_plans(
         check_cycle_time(graph, fastest, cycle_time)
         budget = max(cycle_time - float(fastest.sum()), 0.0)
         taken = np.clip(budget - before, 0.0, width[order])
-        durations = fastest + np.bincount(vertex[order], taken, len(hulls))
+        durations = fastest.copy()
+        np.add.at(durations, vertex[order], taken)
         waits = np.zeros_like(idle)
         waits[cheapest] = max(budget - float(taken.sum()), 0.0)
         ends = np.cumsum(waits.sum(axis=1) + durations)
         starts = ends - waits[:, 1] - durations
         plans.append(
-            SpeedPlan("optimal", cycle_time, durations, waits[:, 0], waits[:, 1], np.zeros(len(hulls)), starts)
+            SpeedPlan(
+                "optimal", cycle_time, durations, waits[:, 0], waits[:, 1], np.zeros(len(hulls)), np.asarray(starts)
+            )
         )
     return plans

@@ -135,9 +135,7 @@ def evaluate_plans(
     energies = {}
     for place, (method, of_method) in enumerate(plans.items()):
         columns = slice(place * count, (place + 1) * count)
-        energies[method] = _cycle_energies(
-            batch, of_method, runs.duration_s[:, columns], runs.energy_j[:, columns]
-        )
+        energies[method] = _cycle_energies(batch, of_method, runs.duration_s[:, columns], runs.energy_j[:, columns])
     return PlanEnergies(tuple(relaxations_percent), energies)
 
 
@@ -171,16 +169,12 @@ def _rules(batch: PlantBatch, times: Array) -> dict[str, list[list[SpeedPlan]]]:
     cases = list(zip(batch.graphs, batch.rows, times, strict=True))
     return {
         "unoptimized": [[rule_plan(g, batch.d_min_s[rows], float(t)) for t in row] for g, rows, row in cases],
-        "uniform": [
-            [rule_plan(g, uniform[rows, r], float(t)) for r, t in enumerate(row)] for g, rows, row in cases
-        ],
+        "uniform": [[rule_plan(g, uniform[rows, r], float(t)) for r, t in enumerate(row)] for g, rows, row in cases],
         "greedy": [[greedy(g, profiles[rows], float(t)) for t in row] for g, rows, row in cases],
     }
 
 
-def _cycle_energies(
-    batch: PlantBatch, plans: list[list[SpeedPlan]], durations_s: Array, energies_j: Array
-) -> Array:
+def _cycle_energies(batch: PlantBatch, plans: list[list[SpeedPlan]], durations_s: Array, energies_j: Array) -> Array:
     """Energies of cycles, shape (T, R); what a motion is faster than planned becomes wait after it. [J]"""
     result = np.empty((len(batch.rows), len(plans[0])))
     for tree, rows in enumerate(batch.rows):

@@ -118,9 +118,7 @@ def draw_plant(nominal: Robot, seed: np.random.SeedSequence | int, params: Plant
         "drive_active_power_w": float(scattered(nominal_drives.drive_active_power_w, params.base_spread)),
         "load_friction": rng.uniform(*params.load_friction, joints),
     }
-    drives = PlantDrives(
-        **known, velocity_limit_rad_s=nominal.velocity_rad_s, shear_thinning=params.shear_thinning
-    )
+    drives = PlantDrives(**known, velocity_limit_rad_s=nominal.velocity_rad_s, shear_thinning=params.shear_thinning)
     return Plant(params, drives, np.concatenate(changes))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from robojoule.drive import Array
 from robojoule.predictor.calibration import Calibration
 from robojoule.predictor.physics import Measurements, ProfilePredictor, fit_profile_predictor
+from robojoule.predictor.targets import profile_parameters
 from robojoule.predictor.transfer import transferred_prior
 from robojoule.predictor.unknowns import Unknowns
 from robojoule.robots import load_robot, robot_names
@@ -26,7 +27,7 @@ from robojoule.study.plans import (
     three_segment_method,
 )
 from robojoule.study.plant import Plant, draw_plant
-from robojoule.study.summary import Row, gap_rows, parameter_rows, profile_parameters, win_rows
+from robojoule.study.summary import Row, gap_rows, parameter_rows, win_rows
 from robojoule.study.three_numbers import fit_model, motion_features
 
 Progress = Callable[[str], None]
@@ -83,7 +84,7 @@ def robot_with_payload(name: str, payload_kg: float) -> Robot:
 
 
 def prediction_rows(
-    tables: RegimeTables, batch: PlantBatch, predictors: dict[str, ProfilePredictor], limits: Array, **key: object
+    tables: RegimeTables, batch: PlantBatch, predictors: dict[str, ProfilePredictor], limits: Array, key: Row
 ) -> None:
     """Errors of predictors, nominal physics and the oracle, at the measured speed limits and on a fine grid."""
     for grid, at in (("measured", limits), ("fine", batch.speed_limits(46))):
@@ -113,13 +114,13 @@ def prediction_rows(
                 )
         for name, energy in energies.items():
             found = profile_parameters(runs.duration_s, energy)
-            tables.errors.extend(parameter_rows(found, truth, **key, model=name, grid=grid))
+            tables.errors.extend(parameter_rows(found, truth, key | {"model": name, "grid": grid}))
 
 
-def plan_rows(tables: RegimeTables, plans: PlanEnergies, groups: Sequence[int] | None = None, **key: object) -> None:
+def plan_rows(tables: RegimeTables, plans: PlanEnergies, key: Row) -> None:
     """Add gaps, wins and energies."""
-    tables.gaps.extend(gap_rows(plans, groups, **key))
-    tables.wins.extend(win_rows(plans, **key))
+    tables.gaps.extend(gap_rows(plans, key))
+    tables.wins.extend(win_rows(plans, key))
     for method, energies in plans.energy_j.items():
         for tree, row in enumerate(energies.tolist()):
             for relaxation, energy in zip(plans.relaxations_percent, row, strict=True):
@@ -176,8 +177,8 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         seeds = streams(motions.seed, 1, place)
         robot = robot_with_payload(settings.robot, payload)
         batch = plant_batch(robot, plant, settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
-        key: dict[str, object] = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, **key)
+        key: Row = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
+        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
         costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
         costs |= {
             "krc_polynomial_4": polynomial_method(batch, 4),
@@ -185,12 +186,12 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
             "predicted_three_segment": three_segment_method(batch, learned[place](batch)),
         }
         plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
-        plan_rows(tables, plans[-1], **key)
+        plan_rows(tables, plans[-1], key)
         progress(f"same robot: {payload:g} kg planned")
-    together: dict[str, object] = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
+    together: Row = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
     whole = joined(plans)
-    tables.gaps.extend(gap_rows(whole, **together))
-    tables.wins.extend(win_rows(whole, **together))
+    tables.gaps.extend(gap_rows(whole, together))
+    tables.wins.extend(win_rows(whole, together))
     return tables
 
 
@@ -199,9 +200,7 @@ def _thesis_forest(batch: PlantBatch, measured: Measurements) -> Callable[[Plant
     found = profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
     slowest = batch.slowest_speed_limit
     features = motion_features(batch.nominal_paths, slowest)
-    model = fit_model(
-        "random_forest", features, found, batch.tree_of_motion, inner_folds=3, seed=1, shallow_samples=1
-    )
+    model = fit_model("random_forest", features, found, batch.tree_of_motion, inner_folds=3, seed=1, shallow_samples=1)
     return lambda other: model.predict(motion_features(other.nominal_paths, slowest))
 
 
@@ -219,30 +218,24 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
             robot, plant, settings.unseen_training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
         rng = np.random.default_rng(seeds["noise"])
-        measured.append(
-            measure(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion)
-        )
+        measured.append(measure(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
     plans = []
     for place, (robot, payload) in enumerate(zip(robots, payloads, strict=True)):
         seeds = streams(motions.seed, 2, place)
         predictor = fit_profile_predictor(robot, [m for other, m in enumerate(measured) if other != place])
-        batch = plant_batch(
-            robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"]
-        )
-        key: dict[str, object] = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, **key)
+        batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
+        key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
+        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
         costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions)
         plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
-        plan_rows(tables, plans[-1], **key)
+        plan_rows(tables, plans[-1], key)
         progress(f"unseen payload: {payload:g} kg left out and planned")
-    together: dict[str, object] = {"regime": "unseen_payload", "robot": settings.robot, "payload_kg": "all"}
-    tables.gaps.extend(gap_rows(joined(plans), **together))
+    together: Row = {"regime": "unseen_payload", "robot": settings.robot, "payload_kg": "all"}
+    tables.gaps.extend(gap_rows(joined(plans), together))
     return tables
 
 
-def unseen_robot(
-    params: StudyParams, progress: Progress, names: Sequence[str] | None = None
-) -> RegimeTables:
+def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] | None = None) -> RegimeTables:
     """Regime (c): every robot of the catalog once left out, then a few of its motions measured."""
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
@@ -277,9 +270,7 @@ def unseen_robot(
             seeds["training_trees"],
             seeds["training_state"],
         )
-        full = measure(
-            budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion
-        )
+        full = measure(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
         outward = np.arange(len(full.tree)) % (2 * motions.points) < motions.points  # the way back is the same line
         chosen = np.flatnonzero(outward)
         predictors = {}
@@ -288,26 +279,22 @@ def unseen_robot(
             rows[chosen[:count]] = True
             used = [full.only(rows)] if count else []
             predictors[f"robojoule_predicted_{count}"] = fit_profile_predictor(robot, used, prior, residual=False)
-        batch = plant_batch(
-            robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"]
-        )
-        key: dict[str, object] = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
-        prediction_rows(errors, batch, predictors, limits, **key)
+        batch = plant_batch(robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
+        key: Row = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
+        prediction_rows(errors, batch, predictors, limits, key)
         costs = physics_costs(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
         plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
         groups += [place] * settings.test_trees
-        plan_rows(tables, plans[-1], **key)
+        plan_rows(tables, plans[-1], key)
         progress(f"unseen robot: {name} left out and planned")
     tables.errors, tables.coverage = errors.errors, errors.coverage
-    together: dict[str, object] = {"regime": "unseen_robot", "robot": "all", "payload_kg": "rated share"}
+    together: Row = {"regime": "unseen_robot", "robot": "all", "payload_kg": "rated share"}
     whole = joined(plans)
-    tables.gaps = gap_rows(whole, groups, **together) + tables.gaps
-    tables.wins = win_rows(whole, **together)
+    tables.gaps = gap_rows(whole, together, groups) + tables.gaps
+    tables.wins = win_rows(whole, together)
     return tables
 
 
 def _rated(name: str, share: float) -> Robot:
     bare = load_robot(name)
     return robot_with_payload(name, round(share * bare.file.rated_payload_kg, 3))
-
-

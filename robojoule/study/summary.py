@@ -17,17 +17,7 @@ CONFIDENCE = 0.95
 _TIE = 1e-6  # relative difference of energies that counts as equal
 
 
-def profile_parameters(duration_s: Array, energy_j: Array) -> Array:
-    """Saving, optimal duration and penalty of profiles, shapes (M, S) -> (M, 3); the fastest of several optima."""
-    rows = np.arange(len(energy_j))
-    by_duration = np.argsort(duration_s, axis=1, kind="stable")
-    d = np.take_along_axis(duration_s, by_duration, axis=1)
-    e = np.take_along_axis(energy_j, by_duration, axis=1)
-    best = e.argmin(axis=1)
-    return np.stack([e[:, 0] - e[rows, best], d[rows, best], e[:, -1] - e[rows, best]], axis=1)
-
-
-def parameter_rows(predicted: Array, truth: Array, **key: object) -> list[Row]:
+def parameter_rows(predicted: Array, truth: Array, key: Row) -> list[Row]:
     """Relative errors of the three parameters: one row a target.
 
     Args:
@@ -49,13 +39,13 @@ def parameter_rows(predicted: Array, truth: Array, **key: object) -> list[Row]:
     return sorted(rows, key=lambda row: TARGETS.index(str(row["target"])))
 
 
-def gap_rows(plans: PlanEnergies, groups: Iterable[int] | None = None, **key: object) -> list[Row]:
+def gap_rows(plans: PlanEnergies, key: Row, groups: Iterable[int] | None = None) -> list[Row]:
     """One row a method and relaxation.
 
     Args:
         plans: Energies of all methods.
-        groups: Group of each tree (robots); confidence intervals resample groups then, trees otherwise.
         key: Leading columns.
+        groups: Group of each tree (robots); confidence intervals resample groups then, trees otherwise.
     """
     rows: list[Row] = []
     for r, relaxation in enumerate(plans.relaxations_percent):
@@ -81,7 +71,7 @@ def gap_rows(plans: PlanEnergies, groups: Iterable[int] | None = None, **key: ob
     return rows
 
 
-def win_rows(plans: PlanEnergies, **key: object) -> list[Row]:
+def win_rows(plans: PlanEnergies, key: Row) -> list[Row]:
     """Wins and losses of each method against each other one, over trees: one row a pair and relaxation."""
     rows: list[Row] = []
     for r, relaxation in enumerate(plans.relaxations_percent):

@@ -132,7 +132,10 @@ def _estimator(name: str, seed: int) -> tuple[Any, dict[str, list[Any]]]:
     def scaled(regressor: Any) -> Any:
         return TransformedTargetRegressor(make_pipeline(StandardScaler(), regressor), transformer=StandardScaler())
 
-    forest = {"regressor__{}__min_samples_leaf": [1, 3], "regressor__{}__max_features": [0.4, 1.0]}
+    forest: dict[str, list[Any]] = {
+        "regressor__{}__min_samples_leaf": [1, 3],
+        "regressor__{}__max_features": [0.4, 1.0],
+    }
     alphas = [0.01, 0.1, 1.0]
     cases: dict[str, tuple[Any, dict[str, list[Any]]]] = {
         "mean": (DummyRegressor(), {}),
@@ -153,11 +156,17 @@ def _estimator(name: str, seed: int) -> tuple[Any, dict[str, list[Any]]]:
             },
         ),
         "shallow_network": (
-            scaled(MLPRegressor(hidden_layer_sizes=(10,), activation="tanh", solver="lbfgs", max_iter=400, random_state=seed)),
+            scaled(
+                MLPRegressor(
+                    hidden_layer_sizes=(10,), activation="tanh", solver="lbfgs", max_iter=400, random_state=seed
+                )
+            ),
             {"regressor__mlpregressor__alpha": alphas},
         ),
         "mlp": (
-            scaled(MLPRegressor(hidden_layer_sizes=(64, 32), learning_rate_init=0.003, max_iter=200, random_state=seed)),
+            scaled(
+                MLPRegressor(hidden_layer_sizes=(64, 32), learning_rate_init=0.003, max_iter=200, random_state=seed)
+            ),
             {"regressor__mlpregressor__alpha": alphas},
         ),
     }

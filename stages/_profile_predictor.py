@@ -1,0 +1,133 @@
+"""The predictor of whole profiles: fitted to the training trees, read back, judged on held-out trees, registered."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from robojoule.config import Params
+from robojoule.errors import RobojouleError
+from robojoule.predictor import TARGETS
+from robojoule.predictor.gate import passes_gate
+from robojoule.predictor.measurements import MeasuredTable, read_measurements
+from robojoule.predictor.physics import ProfilePredictor, fit_profile_predictor
+from robojoule.predictor.profile_archive import export_profile_predictor, load_profile_predictor
+from robojoule.predictor.targets import profile_parameters
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload
+from stages import _tracking
+from stages.layout import Layout
+
+MODEL = "robojoule_predicted"
+REGISTERED = "robojoule_profile_predictor"
+TRAINING_TREES = 60  # spread over the training trees: more change nothing
+RUNS_PER_MOTION = 3
+MODEL_CODE = Path(__file__).with_name("_profile_model.py")
+
+
+@dataclass(frozen=True)
+class ProfileTraining:
+    """A fitted profile predictor, as it was read back.
+
+    Attributes:
+        predictor: The predictor.
+        predictions: Predicted and measured parameters of held-out motions, one row each, as those of other models.
+        training: Measured parameters of the training motions, shape (K, 3).
+        fit_s: Time of the fit, for the record only. [s]
+    """
+
+    predictor: ProfilePredictor
+    predictions: pa.Table
+    training: np.ndarray
+    fit_s: float
+
+    def passes(self, rivals: Sequence[np.ndarray] = ()) -> bool:
+        """Whether it passes the gate on the test trees; rivals are predictions of the same motions."""
+        test = self.predictions.filter(pa.compute.equal(self.predictions["split"], "test"))
+        predicted, measured = (
+            np.column_stack([test[f"{target}{end}"].to_numpy() for target in TARGETS]) for end in ("", "_measured")
+        )
+        return passes_gate(predicted, measured, self.training, rivals)
+
+
+def train_profile_predictor(params: Params, layout: Layout) -> ProfileTraining:
+    """Fit to training trees, write `models/profile_predictor`, read it back and predict the held-out motions."""
+    robot = load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
+    train = read_measurements(robot, layout.motions, layout.runs, "train", TRAINING_TREES)
+    start = time.perf_counter()
+    fitted = fit_profile_predictor(robot, [train.measurements.thinned(RUNS_PER_MOTION)])
+    fit_s = time.perf_counter() - start
+    export_profile_predictor(fitted, layout.models_dir / "profile_predictor")
+    predictor = load_profile_predictor(layout.models_dir / "profile_predictor")
+    tables = [
+        _predictions(predictor, read_measurements(robot, layout.motions, layout.runs, split), split)
+        for split in ("test", "experiment")
+    ]
+    return ProfileTraining(predictor, pa.concat_tables(tables), _parameters(train), fit_s)
+
+
+def _parameters(table: MeasuredTable) -> np.ndarray:
+    measured = table.measurements
+    return profile_parameters(measured.paths.durations(measured.speed_limits), measured.energy_j)
+
+
+def _predictions(predictor: ProfilePredictor, table: MeasuredTable, split: str) -> pa.Table:
+    predicted = predictor.predict(table.measurements.paths, table.measurements.speed_limits)
+    ours, measured = profile_parameters(predicted.duration_s, predicted.energy_j), _parameters(table)
+    columns: dict[str, object] = {
+        "motion_id": pa.array(table.motion_id, pa.int32()),
+        "tree_id": list(table.tree_id),
+        "split": [split] * len(table.motion_id),
+        "model": [MODEL] * len(table.motion_id),
+    }
+    columns |= {target: ours[:, place] for place, target in enumerate(TARGETS)}
+    columns |= {f"{target}_measured": measured[:, place] for place, target in enumerate(TARGETS)}
+    return pa.table(columns)
+
+
+def record_profile_predictor(
+    params: Params, layout: Layout, training: ProfileTraining, rivals: Sequence[np.ndarray] = ()
+) -> bool:
+    """Record the training in MLflow; register the model and make it the champion only if it passes the gate.
+
+    Returns:
+        Whether it was registered.
+
+    Raises:
+        RobojouleError: The registered model predicts something else than the files in `models/`.
+    """
+    recorder = _tracking.Recorder(layout, params)
+    mlflow, name = recorder.mlflow, REGISTERED
+    passed = training.passes(rivals)
+    test = training.predictions.filter(pa.compute.equal(training.predictions["split"], "test"))
+    with mlflow.start_run(run_name=MODEL, tags=recorder.tags | {"model": MODEL, "passes_gate": str(passed).lower()}):
+        mlflow.log_params({"model": MODEL, "training_trees": TRAINING_TREES, "runs_per_motion": RUNS_PER_MOTION})
+        errors = {
+            f"{target}.abs_mean": float(np.abs(test[target].to_numpy() - test[f"{target}_measured"].to_numpy()).mean())
+            for target in TARGETS
+        }
+        mlflow.log_metrics(errors | {"fit_s": training.fit_s, "interval": training.predictor.interval})
+        files = {suffix: str(layout.models_dir / f"profile_predictor.{suffix}") for suffix in ("json", "npz")}
+        if not passed:
+            for file in files.values():
+                mlflow.log_artifact(file, "rejected")
+            return False
+        logged = mlflow.pyfunc.log_model(
+            name=MODEL,
+            python_model=str(MODEL_CODE),
+            artifacts=files,
+            pip_requirements=[f"{package}=={version(package)}" for package in ("numpy", "pandas", "pin", "ruckig")],
+            registered_model_name=name,
+        )
+        number = str(logged.registered_model_version)
+        again = mlflow.pyfunc.load_model(f"models:/{name}/{number}").unwrap_python_model().predictor
+        if not np.array_equal(again.calibration.x, training.predictor.calibration.x):
+            raise RobojouleError(f"models:/{name}/{number} is another model than the one that was judged")
+        mlflow.MlflowClient().set_registered_model_alias(name, "champion", number)
+    return True
