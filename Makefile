@@ -13,13 +13,14 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro flow test lint
+.PHONY: help repro flow test study lint
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make repro   set up, reproduce every stage that is out of date (dvc repro), print Table 6.1'
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
 	@echo 'make test    set up, run all tests'
+	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they stand on'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
@@ -32,6 +33,9 @@ flow: $(READY)
 
 test: $(READY)
 	@$(IN_VENV) $(PY) -m pytest -q
+
+study: $(READY)
+	@$(IN_VENV) $(PY) -m dvc repro studies/dvc.yaml
 
 lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff check .
