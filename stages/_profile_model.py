@@ -31,9 +31,8 @@ class ProfileModel(mlflow.pyfunc.PythonModel):
             model_input: Columns payload_kg, speed_limit_percent, start_q1_rad .., end_q1_rad ..; one row a run.
             params: Not used.
         """
-        result = pd.DataFrame(
-            index=model_input.index, columns=["duration_s", "energy_j", "lower_j", "upper_j"], dtype=float
-        )
+        names = ["duration_s", "energy_j", "lower_j", "upper_j"]
+        result = pd.DataFrame(index=model_input.index, columns=names, dtype=float)
         for payload_kg, rows in model_input.groupby("payload_kg"):
             robot = load_robot(self.predictor.robot, Payload(float(payload_kg)))
             start, end = (

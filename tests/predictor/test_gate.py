@@ -14,9 +14,9 @@ def test_better_than_the_mean_and_than_every_rival_passes():
 
 
 def test_worse_than_the_mean_or_a_rival_in_one_target_fails():
-    wrong = TRUTH + [0.0, 5.0, 0.0]
+    wrong = TRUTH + np.array([0.0, 5.0, 0.0])
     assert not passes_gate(wrong, TRUTH, TRUTH)
-    assert not passes_gate(TRUTH + 0.1, TRUTH, TRUTH, [TRUTH + 0.2, TRUTH + [9.0, 0.05, 9.0]])
+    assert not passes_gate(TRUTH + 0.1, TRUTH, TRUTH, [TRUTH + 0.2, TRUTH + np.array([9.0, 0.05, 9.0])])
     assert not passes_gate(np.full_like(TRUTH, np.nan), TRUTH, TRUTH)
 
 

@@ -49,7 +49,7 @@ def test_each_tree_has_its_own_temperature():
 
 def test_viscous_friction_thins_with_speed_and_is_whole_at_the_limit():
     joint = np.ones(1)
-    common = {name: joint for name in ("gear_ratio", "rotor_inertia_kg_m2", "copper_w_per_nm2")} | {
+    common = dict.fromkeys(("gear_ratio", "rotor_inertia_kg_m2", "copper_w_per_nm2"), joint) | {
         "coulomb_nm": joint * 0.0,
         "viscous_nm_s_per_rad": joint * 5.0,
     }

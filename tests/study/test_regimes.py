@@ -31,11 +31,11 @@ def params() -> StudyParams:
         evaluate_motions=EvaluateMotionsParams(
             robot=ROBOT,
             payloads_kg=[0, 10],
-            training_trees=8,
-            test_trees=3,
+            training_trees=6,
+            test_trees=2,
             unseen_payloads_kg=[0, 10],
-            unseen_training_trees=8,
-            unseen_test_trees=3,
+            unseen_training_trees=6,
+            unseen_test_trees=2,
         ),
         evaluate_robots=EvaluateRobotsParams(
             payload_share=0.5, training_trees=3, test_trees=2, measured_motions=[0, 6]
