@@ -136,7 +136,7 @@ def run_experiment(
     progress("optimum, with proven bounds")
     cycles = simulate_plans(batch, found, settings.relaxations_percent)
     progress(f"{len(cycles)} plans written back and simulated")
-    _verify(cycles)
+    verify(cycles)
     return cycles
 
 
@@ -259,7 +259,7 @@ def full_speed_energies_j(batch: TreeBatch) -> Array:
     return np.array([total[rows].sum() for rows in batch.rows])
 
 
-def _verify(cycles: Sequence[PlannedCycle]) -> None:
+def verify(cycles: Sequence[PlannedCycle]) -> None:
     """Refuse results that cannot be: late cycles, plans better than the proven optimum."""
     best = {(c.tree, c.relaxation_percent): c for c in cycles if c.variant.method == "optimum"}
     for cycle in cycles:

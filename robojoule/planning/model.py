@@ -91,12 +91,7 @@ def build_model(
     Raises:
         InputError: Not one cost a vertex, or an idle power that is negative or not finite.
     """
-    if len(costs) != len(graph.vertices):
-        raise InputError(f"{len(costs)} costs given for {len(graph.vertices)} vertices", key="costs")
-    for vertex, cost in zip(graph.vertices, costs, strict=True):
-        for power in (cost.idle_prior_w, cost.idle_post_w):
-            if not 0.0 <= power < float("inf"):
-                raise InputError(f"the idle power {power} W is not usable", key=vertex.name, allowed="0 W or more")
+    check_costs(graph, costs)
     model = pyo.ConcreteModel()
     model.V = pyo.RangeSet(0, len(graph.vertices) - 1)
     model.w = pyo.Param(mutable=True, initialize=cycle_time_s)
@@ -115,6 +110,20 @@ def build_model(
     preference = preference_w * sum(model.dm[v] for v in model.V) if preference_w else 0.0
     model.objective = pyo.Objective(expr=model.energy.expr + preference, sense=pyo.minimize)
     return model
+
+
+def check_costs(graph: OptimizationGraph, costs: Sequence[VertexCosts]) -> None:
+    """Refuse costs that do not fit the graph.
+
+    Raises:
+        InputError: Not one cost a vertex, or an idle power that is negative or not finite.
+    """
+    if len(costs) != len(graph.vertices):
+        raise InputError(f"{len(costs)} costs given for {len(graph.vertices)} vertices", key="costs")
+    for vertex, cost in zip(graph.vertices, costs, strict=True):
+        for power in (cost.idle_prior_w, cost.idle_post_w):
+            if not 0.0 <= power < float("inf"):
+                raise InputError(f"the idle power {power} W is not usable", key=vertex.name, allowed="0 W or more")
 
 
 def _add_variables(model: pyo.ConcreteModel, graph: OptimizationGraph, costs: Sequence[VertexCosts]) -> None:

@@ -4,8 +4,8 @@ The dense runs of a motion are points of its true profile E(d). Chords through t
 undercut by the simulation; the profile is sampled ever finer round the plans until the proven lower bound is as near.
 The bound comes from the same model on profiles that lie below the true ones: where neighbouring chords bend upwards
 (E is convex there), E lies above both of them extended, so their crossing replaces each chord; where they bend
-downwards, E lies above the chord itself; where they bend one way at one end and the other way at the other, the smaller
-bend is allowed for. This holds as long as the curvature of E does not change its sign unseen between two samples.
+downwards, E lies above the chord itself; where they bend upwards at one end only, the neighbour there is extended to
+the middle. This holds as long as the curvature of E does not change its sign unseen between two samples.
 """
 
 from __future__ import annotations
@@ -123,8 +123,8 @@ def profile_below(profile: PiecewiseLinearProfile) -> PiecewiseLinearProfile:
         share = np.where(both, (right - own) / (right - left), 0.5)
     at = d[1:-2] + share * width
     crossing = samples[1:-2] + left * share * width
-    dip = np.minimum(np.abs(own - left), np.abs(right - own)) * width / 4.0
-    value = np.where(both, crossing, (samples[1:-2] + samples[2:-1]) / 2.0 - dip)
+    bend = np.where(from_left, own - left, right - own)
+    value = np.where(both, crossing, (samples[1:-2] + samples[2:-1]) / 2.0 - bend * width / 2.0)
     crossed = from_left | from_right
     # A sample between two crossings (or lowered ends) lies above the line that joins them.
     beside = np.concatenate([[lowered[0]], crossed, [lowered[1]]])
@@ -171,7 +171,7 @@ def solve_optimum(
         for tree in loose:
             if refinement:
                 plans[tree] = _solve(dense, times, tree)
-            bounds[tree] = _solve(dense, times, tree, below=True)
+            bounds[tree] = _bounds(dense, times, tree, plans[tree])
         loose = [tree for tree in loose if _largest_gap(plans[tree], bounds[tree]) > TARGET_GAP]
         if not loose or refinement == MAX_REFINEMENTS:
             break
@@ -195,6 +195,16 @@ def _refine(dense: DenseProfiles, plans: dict[int, list[SpeedPlan]]) -> None:
 
 def _largest_gap(plans: list[SpeedPlan], bounds: list[SpeedPlan]) -> float:
     return max(1.0 - bound.bound_j / plan.energy_j for plan, bound in zip(plans, bounds, strict=True))
+
+
+def _bounds(dense: DenseProfiles, cycle_times_s: Array, tree: int, plans: list[SpeedPlan]) -> list[SpeedPlan]:
+    """Plans on the profiles below; at the least cycle time there is one plan only, which is its own bound."""
+    only = cycle_times_s[tree] <= dense.batch.least_cycles_s[tree] * (1.0 + 1e-12)
+    below = _solve(dense, cycle_times_s, tree, below=True)
+    return [
+        replace(plan, bound_j=plan.energy_j) if alone else bound
+        for plan, bound, alone in zip(plans, below, only, strict=True)
+    ]
 
 
 def _solve(dense: DenseProfiles, cycle_times_s: Array, tree: int, *, below: bool = False) -> list[SpeedPlan]:

@@ -19,12 +19,13 @@ from pyomo.contrib.solver.common.results import TerminationCondition
 
 from robojoule.errors import CycleTimeTooShort, PlanningError
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.model import VertexCosts, build_model
+from robojoule.planning.model import VertexCosts, build_model, check_costs
 from robojoule.profile.piecewise import Array
 
 # A cycle time this much too short is rounding (messages print microseconds), not a demand.
 CYCLE_TIME_TOLERANCE_S = 5e-7
 RELATIVE_GAP = 1e-9
+_CONVERGED = TerminationCondition.convergenceCriteriaSatisfied
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +87,9 @@ class PlanSolver:
         costs: Costs of each vertex.
         preference_w: See `build_model`.
         relative_gap: Gap between plan and proven bound at which the search ends. [-]
+
+    Raises:
+        InputError: The costs do not fit the graph.
     """
 
     def __init__(
@@ -96,26 +100,14 @@ class PlanSolver:
         preference_w: float = 0.0,
         relative_gap: float = RELATIVE_GAP,
     ) -> None:
+        check_costs(graph, costs)
         self.graph = graph
         self.costs = tuple(costs)
         self._preference_w = preference_w
         self._least_s = [cost.profile.d_min_s for cost in self.costs]
         self._model: pyo.ConcreteModel | None = None
-        self._solver: Any = SolverFactory("highs")
-        config = self._solver.config
-        config.threads = 1
-        config.rel_gap = relative_gap
-        config.abs_gap = 1e-9
-        config.load_solutions = False
-        config.raise_exception_on_nonoptimal_result = False
-        config.solver_options = {
-            "random_seed": 0,
-            "primal_feasibility_tolerance": 1e-9,
-            "dual_feasibility_tolerance": 1e-9,
-            "mip_feasibility_tolerance": 1e-9,
-        }
-        for update in config.auto_updates:  # between two solutions only the cycle time changes
-            config.auto_updates[update] = update == "update_parameters"
+        self._relative_gap = relative_gap
+        self._solver = _new_solver(relative_gap)
 
     def solve(self, cycle_time_s: float, *, time_limit_s: float | None = None) -> SpeedPlan:
         """Plan for a cycle time.
@@ -135,24 +127,32 @@ class PlanSolver:
             self._model = build_model(self.graph, self.costs, cycle_time_s, preference_w=self._preference_w)
         model = self._model
         model.w.set_value(cycle_time_s)
-        self._solver.config.time_limit = time_limit_s
         case = f"{len(self.graph.vertices)} vertices, {len(self.graph.robots)} robots, cycle time {cycle_time_s:.6g} s"
         try:
-            results = self._solver.solve(model)
+            results = self._run(model, time_limit_s)
             condition = results.termination_condition
-            if results.incumbent_objective is None:
-                raise PlanningError(f"HiGHS found no plan for {case} ({condition.name})")
-            results.solution_loader.load_vars()
-        except PlanningError:
-            raise
+            if results.incumbent_objective is not None:
+                results.solution_loader.load_vars()
         except Exception as error:
             raise PlanningError(f"HiGHS failed on {case}: {error}") from error
-        proven = condition == TerminationCondition.convergenceCriteriaSatisfied
+        if results.incumbent_objective is None:
+            raise PlanningError(f"HiGHS found no plan for {case} ({condition.name})")
+        proven = condition == _CONVERGED
         if not proven and condition != TerminationCondition.maxTimeLimit:
             raise PlanningError(f"HiGHS did not finish {case} ({condition.name})")
         bound = float(results.objective_bound) if results.objective_bound is not None else float("nan")
         status = "optimal" if proven else "feasible"
         return self._plan(model, cycle_time_s, status, bound, time.perf_counter() - started)
+
+    def _run(self, model: pyo.ConcreteModel, time_limit_s: float | None) -> Any:
+        """Solve from the last basis; where rounding spoils that (optimal, yet not feasible), solve anew."""
+        self._solver.config.time_limit = time_limit_s
+        results = self._solver.solve(model)
+        if results.incumbent_objective is None and results.termination_condition == _CONVERGED:
+            self._solver = _new_solver(self._relative_gap)
+            self._solver.config.time_limit = time_limit_s
+            results = self._solver.solve(model)
+        return results
 
     def _plan(
         self, model: pyo.ConcreteModel, cycle_time_s: float, status: str, bound_j: float, runtime_s: float
@@ -178,6 +178,21 @@ class PlanSolver:
         # The preference is no energy: taking its most from the bound keeps the bound valid.
         preference = self._preference_w * sum(profile.d_max_s for profile in profiles)
         return replace(plan, energy_j=plan_energy_j(self.costs, plan), bound_j=plan.bound_j - preference)
+
+
+def _new_solver(relative_gap: float) -> Any:
+    solver: Any = SolverFactory("highs")
+    config = solver.config
+    config.threads = 1
+    config.rel_gap = relative_gap
+    config.abs_gap = 1e-9
+    config.load_solutions = False
+    config.raise_exception_on_nonoptimal_result = False
+    # Integers are held tighter than by default: they multiply durations. Rounding of times is settled on writing back.
+    config.solver_options = {"random_seed": 0, "mip_feasibility_tolerance": 1e-8}
+    for update in config.auto_updates:  # between two solutions only the cycle time changes
+        config.auto_updates[update] = update == "update_parameters"
+    return solver
 
 
 def plan_energy_j(costs: Sequence[VertexCosts], plan: SpeedPlan) -> float:

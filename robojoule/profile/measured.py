@@ -74,7 +74,7 @@ def measured_profile(
         durations_s: Shape (S,). [s]
         energies_j: Shape (S,). [J]
         speed_limits: Shape (S,), fractions in (0, 1].
-        spacing_s: Runs closer than this are the same run. [s]
+        spacing_s: Runs closer than this are the same run; of those nearest to d_min, the fastest is kept. [s]
 
     Raises:
         ValueError: Shapes differ, or a value is not finite.
@@ -88,4 +88,5 @@ def measured_profile(
     d, e, p = d[order], e[order], p[order]
     shortest_before = np.concatenate([[np.inf], np.minimum.accumulate(d)[:-1]])
     keep = np.flatnonzero(d < shortest_before - spacing_s)[::-1]
+    keep[0] = np.argmin(d)  # the fastest run itself, not one that is nearly as fast
     return MeasuredProfile(d[keep], e[keep], p[keep])

@@ -1,0 +1,215 @@
+"""The stage that compares methods: on a few trees with all methods, same bytes each time, clear errors."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import yaml
+
+from robojoule.config import Params
+from robojoule.errors import InputError
+from robojoule.planning.experiment_data import FINAL_POWER_WINDOW_S, read_experiment
+from robojoule.profile import measured_profile
+from stages.evaluate_plans import evaluate_plans
+from stages.generate_trees import generate_trees
+from stages.layout import Layout
+from stages.simulate_motions import robot_of, simulate_motions
+
+PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
+PARAMS["generate_trees"] |= {"trees": 2, "experiment_trees": 3, "points": 2}
+PARAMS["evaluate_plans"] |= {
+    "relaxations_percent": [110, 200],
+    "dense_speed_limits": 90,
+    "payload_sensitivity_kg": [0, 10],
+}
+
+
+def perfect_predictions(layout):
+    """Predictions of a predictor that knows the measured runs."""
+    motions = pq.read_table(layout.motions)
+    runs = pq.read_table(layout.runs)
+    rows = []
+    for motion, tree, split in zip(*(motions[n].to_pylist() for n in ("motion_id", "tree_id", "split")), strict=True):
+        if split != "experiment":
+            continue
+        mine = runs.filter(pa.compute.equal(runs["motion_id"], motion))
+        d, e, p = (mine[name].to_numpy() for name in ("duration_s", "energy_j", "speed_limit_percent"))
+        profile = measured_profile(d, e, p / 100.0)
+        values = profile.saving_j, float(profile.durations_s[profile.optimum]), profile.penalty_j
+        for model, factor in (("neural_network", 2.0), ("random_forest", 1.0)):
+            names = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
+            row = {"motion_id": motion, "tree_id": tree, "split": split, "model": model}
+            rows.append(row | {name: factor * value for name, value in zip(names, values, strict=True)})
+    return pa.Table.from_pylist(rows[::-1])  # the order of the file must not matter
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    layout = Layout(tmp_path_factory.mktemp("run"))
+    params = Params.model_validate(PARAMS)
+    generate_trees(params, layout)
+    simulate_motions(params, layout)
+    pq.write_table(perfect_predictions(layout), layout.predictions)
+    evaluate_plans(params, layout)
+    return params, layout
+
+
+def rows_of(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+OUTPUTS = ("table_6_1", "table_6_1_thesis", "table_6_2", "table_6_3", "payload_sensitivity", "claims_plans")
+
+
+def test_every_plan_is_there_and_none_is_late(done):
+    _, layout = done
+    plans = pq.read_table(layout.plans)
+    assert plans.num_rows == 3 * 2 * 9 * 4
+    total = plans.group_by(
+        [
+            "tree_id",
+            "relaxation_percent",
+            "method",
+            "krc_segments",
+            "point_spacing",
+            "cycle_time_s",
+            "simulated_energy_j",
+        ]
+    ).aggregate([(name, "sum") for name in ("duration_s", "prior_wait_s", "post_wait_s", "vertex_energy_j")])
+    times = sum(total[f"{name}_sum"].to_numpy() for name in ("duration_s", "prior_wait_s", "post_wait_s"))
+    assert np.abs(times - total["cycle_time_s"].to_numpy()).max() < 1e-6
+    assert total["vertex_energy_j_sum"].to_numpy() == pytest.approx(total["simulated_energy_j"].to_numpy())
+    assert plans["speed_limit_percent"].to_numpy().max() <= 100.0
+
+
+def test_the_optimum_is_proven_and_nothing_is_better(done):
+    _, layout = done
+    plans = pq.read_table(layout.plans).to_pylist()
+    best = {(p["tree_id"], p["relaxation_percent"]): p for p in plans if p["method"] == "optimum"}
+    for plan in plans:
+        optimum = best[plan["tree_id"], plan["relaxation_percent"]]
+        assert plan["simulated_energy_j"] >= optimum["bound_j"] - 1e-6
+        assert plan["simulated_energy_j"] >= (1 - 1e-4) * optimum["simulated_energy_j"]
+    for optimum in best.values():
+        assert optimum["simulated_energy_j"] <= optimum["bound_j"] * (1 + 1e-4)
+
+
+def test_tables_hold_every_method(done):
+    _, layout = done
+    rows = rows_of(layout.tables_dir / "table_6_1.csv")
+    assert list(rows[0]) == [
+        "relaxation_percent",
+        "krc_segments",
+        "method",
+        "saving_percent",
+        "saving_percent_published_convention",
+        "gap_to_optimum_percent",
+        "trees",
+    ]
+    assert [(row["method"], row["krc_segments"]) for row in rows[:7]] == [
+        ("unoptimized", ""),
+        ("uniform", ""),
+        ("greedy", ""),
+        ("krc_polynomial", "4"),
+        ("krc_polynomial", "6"),
+        ("predicted_three_segment", ""),
+        ("optimum", ""),
+    ]
+    assert {row["trees"] for row in rows} == {"3"}
+    for row in rows:
+        assert float(row["gap_to_optimum_percent"]) >= -0.01
+        assert (row["method"] == "unoptimized") == (float(row["saving_percent"]) == 0.0)
+    assert len(rows_of(layout.tables_dir / "table_6_2.csv")) == len(rows_of(layout.tables_dir / "table_6_3.csv")) == 3
+    assert {row["subset"] for row in rows_of(layout.tables_dir / "table_6_1_thesis.csv")} == {"1-10", "11-20", "21-30"}
+    assert {row["held"] for row in rows_of(layout.tables_dir / "claims_plans.csv")} <= {"true", "false"}
+
+
+def test_a_lighter_load_needs_less_power(done):
+    _, layout = done
+    rows = rows_of(layout.tables_dir / "payload_sensitivity.csv")
+    power = {row["payload_kg"]: float(row["mean_power_full_speed_w"]) for row in rows}
+    assert list(power) == ["0", "10"]
+    assert power["0"] != power["10"]
+    main = [r for r in rows_of(layout.tables_dir / "table_6_1.csv") if r["method"] == "optimum"]
+    here = [r for r in rows if r["method"] == "optimum" and r["payload_kg"] == "10"]
+    assert [r["saving_percent"] for r in here] == [r["saving_percent"] for r in main]
+
+
+def test_metrics_are_those_of_the_table(done):
+    _, layout = done
+    metrics = json.loads((layout.metrics_dir / "plans.json").read_text())
+    for row in rows_of(layout.tables_dir / "table_6_1.csv"):
+        name = row["method"] + (f"_{row['krc_segments']}" if row["krc_segments"] else "")
+        assert metrics[name][row["relaxation_percent"]]["saving_percent"] == float(row["saving_percent"])
+    assert set(metrics["krc_polynomial"]) == {"110", "200"}
+
+
+def test_beliefs_come_from_the_right_rows(done):
+    params, layout = done
+    data = read(params, layout)
+    motions = pq.read_table(layout.motions, filters=[("split", "==", "experiment")])
+    assert data.beliefs.predicted_saving_j == pytest.approx(
+        data.beliefs.run_energies_j[:, -1] - data.beliefs.run_energies_j.min(axis=1)
+    )
+    samples = data.batch.paths.sample(5, 0.1, 250.0)
+    final = samples.time_s >= samples.time_s[-1] - FINAL_POWER_WINDOW_S
+    assert data.beliefs.final_power_w[5] == pytest.approx(samples.power_w[final].mean(), rel=1e-3)
+    assert data.batch.idle_post_w == pytest.approx(motions["idle_power_end_w"].to_numpy())
+    assert data.batch.d_min_s == pytest.approx(data.beliefs.run_durations_s[:, -1], rel=1e-9)
+
+
+def read(params, layout):
+    return read_experiment(
+        robot_of(params.robot),
+        trees=layout.trees,
+        trees_dir=layout.trees_dir,
+        motions=layout.motions,
+        runs=layout.runs,
+        samples_dir=layout.samples_dir,
+        predictions=layout.predictions,
+    )
+
+
+def test_the_same_input_gives_the_same_bytes(done):
+    params, layout = done
+    paths = [layout.plans, layout.metrics_dir / "plans.json", *(layout.tables_dir / f"{name}.csv" for name in OUTPUTS)]
+    before = [path.read_bytes() for path in paths]
+    evaluate_plans(params, layout)
+    assert [path.read_bytes() for path in paths] == before
+
+
+@pytest.mark.parametrize(
+    ("missing", "stage"),
+    [("predictions", "train_predictors"), ("runs", "simulate_motions"), ("motions", "simulate_motions")],
+)
+def test_a_missing_file_names_the_stage_that_writes_it(done, tmp_path, missing, stage):
+    params, layout = done
+    for path in (layout.root / "data").iterdir():
+        (tmp_path / "data").mkdir(exist_ok=True)
+        (tmp_path / "data" / path.name).symlink_to(path)
+    here = Layout(tmp_path)
+    getattr(here, missing).unlink()
+    with pytest.raises(InputError, match=f"{missing}.parquet: the file is missing; run the stage {stage} first"):
+        evaluate_plans(params, here)
+    assert not here.reports_dir.exists()
+
+
+def test_motions_of_other_trees_are_refused(done, tmp_path):
+    params, layout = done
+    other = Layout(tmp_path)
+    generate_trees(Params.model_validate(PARAMS | {"generate_trees": PARAMS["generate_trees"] | {"seed": 1}}), other)
+    with pytest.raises(InputError, match="the motions are not those of the operation-tree files"):
+        read_experiment(
+            robot_of(params.robot),
+            trees=layout.trees,
+            trees_dir=other.trees_dir,
+            motions=layout.motions,
+            runs=layout.runs,
+            samples_dir=layout.samples_dir,
+            predictions=layout.predictions,
+        )
