@@ -22,7 +22,7 @@ from robojoule.planning.methods import (
 )
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.solve import SpeedPlan
-from robojoule.planning.writeback import speed_limits_of_plans
+from robojoule.planning.writeback import stacked_durations
 from robojoule.predictor.physics import PredictedProfiles
 from robojoule.profile import ThreeSegmentShape, measured_profile
 from robojoule.simulation import MotionPaths
@@ -30,6 +30,8 @@ from robojoule.study.cases import PlantBatch
 from robojoule.study.chain import chain_plans
 
 Costs = list[list[VertexCosts]]
+BRACKETS = 33
+BISECTIONS = 18
 REFINED = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])  # further samples of the true profile, in steps of the first ones
 
 
@@ -69,11 +71,15 @@ def predicted_costs(batch: TreeBatch, predicted: PredictedProfiles, *, cautious:
 def path_costs(batch: TreeBatch, paths: MotionPaths, speed_limits: Array) -> Costs:
     """Costs of profiles that a simulation of `paths` gives at speed limits, shape (M, S)."""
     runs = paths.simulate(speed_limits)
+    return _hull_costs(batch, paths, speed_limits, runs.duration_s, runs.energy_j)
+
+
+def _hull_costs(batch: TreeBatch, paths: MotionPaths, limits: Array, duration_s: Array, energy_j: Array) -> Costs:
     start, end = paths.idle_power_start_w, paths.idle_power_end_w
     return [
         [
             VertexCosts(
-                measured_profile(runs.duration_s[m], runs.energy_j[m], speed_limits[m]).piecewise().lower_hull,
+                measured_profile(duration_s[m], energy_j[m], limits[m]).piecewise().lower_hull,
                 float(start[m]),
                 float(end[m]),
             )
@@ -129,7 +135,7 @@ def evaluate_plans(
         preference = WAIT_PREFERENCE_W if method == "predicted_three_segment" else 0.0
         plans[method] = _solved(batch, costs, times, preference)
     plans["optimum"] = _optimum(batch, times, dense_speed_limits)
-    limits = np.concatenate([speed_limits_of_plans(batch, of_method) for of_method in plans.values()], axis=1)
+    limits = np.concatenate([planned_speed_limits(batch, of_method) for of_method in plans.values()], axis=1)
     runs = batch.paths.simulate(limits)
     count = times.shape[1]
     energies = {}
@@ -149,14 +155,40 @@ def _solved(batch: PlantBatch, costs: Costs, times: Array, preference_w: float =
 def _optimum(batch: PlantBatch, times: Array, dense_speed_limits: int) -> list[list[SpeedPlan]]:
     """Plans on the hulls of densely simulated true profiles, refined once round the planned speed limits."""
     limits = batch.speed_limits(dense_speed_limits)
-    plans = _solved(batch, path_costs(batch, batch.paths, limits), times)
-    around = speed_limits_of_plans(batch, plans)
+    runs = batch.paths.simulate(limits)
+    plans = _solved(batch, _hull_costs(batch, batch.paths, limits, runs.duration_s, runs.energy_j), times)
+    around = planned_speed_limits(batch, plans)
     spacing = (limits[:, -1] - limits[:, 0])[:, np.newaxis, np.newaxis] / (dense_speed_limits - 1)
     finer = around[:, :, np.newaxis] + spacing * REFINED
-    top = limits[:, -1:]
-    refined = np.clip(finer.reshape(len(limits), -1), limits[:, :1], top)
+    refined = np.clip(finer.reshape(len(limits), -1), limits[:, :1], limits[:, -1:])
+    more = batch.paths.simulate(refined)
     # Sampled over the whole range too, so that a plan may move away from where the first one was.
-    return _solved(batch, path_costs(batch, batch.paths, np.concatenate([limits, refined], axis=1)), times)
+    joined = [
+        np.concatenate(pair, axis=1)
+        for pair in ((limits, refined), (runs.duration_s, more.duration_s), (runs.energy_j, more.energy_j))
+    ]
+    return _solved(batch, _hull_costs(batch, batch.paths, *joined), times)
+
+
+def planned_speed_limits(batch: TreeBatch, plans: Sequence[Sequence[SpeedPlan]]) -> Array:
+    """Lowest speed limits that keep the durations of plans, K a tree, to within 1e-7 s; shape (M, K). [-]
+
+    As `robojoule.planning.writeback.speed_limits_of_plans`, but bisected from a bracket, for thousands of plans.
+    """
+    wanted = stacked_durations(plans)
+    grid = np.linspace(0.0, 1.0, BRACKETS)
+    slowest, top = batch.slowest_speed_limit, batch.saturating_speed_limits[:, np.newaxis]
+    limits = np.minimum(slowest + grid * (top - slowest), 1.0)
+    # The running minimum makes a table of what limits up to each one reach.
+    known = np.minimum.accumulate(batch.paths.durations(limits), axis=1)
+    first = (known[:, np.newaxis, :] > wanted[:, :, np.newaxis]).sum(axis=2)
+    high = np.take_along_axis(limits, np.minimum(first, BRACKETS - 1), axis=1)
+    low = np.take_along_axis(limits, np.clip(first - 1, 0, BRACKETS - 1), axis=1)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        fast_enough = batch.paths.durations(middle) <= wanted
+        high, low = np.where(fast_enough, middle, high), np.where(fast_enough, low, middle)
+    return np.asarray(high)
 
 
 def _rules(batch: PlantBatch, times: Array) -> dict[str, list[list[SpeedPlan]]]:

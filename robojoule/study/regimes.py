@@ -7,9 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robojoule.config import ForestParams
 from robojoule.drive import Array
+from robojoule.predictor import estimators
 from robojoule.predictor.calibration import Calibration
-from robojoule.predictor.physics import Measurements, ProfilePredictor, fit_profile_predictor
+from robojoule.predictor.physics import (
+    Measurements,
+    PredictedProfiles,
+    ProfilePredictor,
+    fit_profile_predictor,
+)
 from robojoule.predictor.targets import profile_parameters
 from robojoule.predictor.transfer import transferred_prior
 from robojoule.predictor.unknowns import Unknowns
@@ -28,10 +35,11 @@ from robojoule.study.plans import (
 )
 from robojoule.study.plant import Plant, draw_plant
 from robojoule.study.summary import Row, gap_rows, parameter_rows, win_rows
-from robojoule.study.three_numbers import fit_model, motion_features
+from robojoule.study.three_numbers import motion_features
 
 Progress = Callable[[str], None]
 PAYLOAD_COM_M = (0.0, 0.0, 0.1)
+THESIS_FOREST = ForestParams(n_estimators=100, min_samples_leaf=2, max_features=0.5)
 # Streams of one seed that must never meet: plants, training and test trees, hidden states, noise.
 STREAMS = ("plant", "training_trees", "test_trees", "training_state", "test_state", "noise", "choice")
 
@@ -107,6 +115,7 @@ def prediction_rows(
                         "model": name,
                         "coverage_percent": round(100.0 * float(inside[moving].mean()), 2),
                         "half_width_percent": round(100.0 * float(np.median(width)), 3),
+                        "idle_error_percent": round(100.0 * _idle_error(batch, predicted), 4),
                         "noise_percent": round(100.0 * predictor.calibration.noise, 3),
                         "state_spread": round(predictor.calibration.state_spread, 4),
                         "residual_gain": round(predictor.residual.gain, 4),
@@ -115,6 +124,13 @@ def prediction_rows(
         for name, energy in energies.items():
             found = profile_parameters(runs.duration_s, energy)
             tables.errors.extend(parameter_rows(found, truth, key | {"model": name, "grid": grid}))
+
+
+def _idle_error(batch: PlantBatch, predicted: PredictedProfiles) -> float:
+    """Median relative error of idle power at both ends of the motions. [-]"""
+    truth = np.concatenate([batch.idle_prior_w, batch.idle_post_w])
+    found = np.concatenate([predicted.idle_start_w, predicted.idle_end_w])
+    return float(np.median(np.abs(found / truth - 1.0)))
 
 
 def plan_rows(tables: RegimeTables, plans: PlanEnergies, key: Row) -> None:
@@ -181,7 +197,6 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
         costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
         costs |= {
-            "krc_polynomial_4": polynomial_method(batch, 4),
             "krc_polynomial_6": polynomial_method(batch, 6),
             "predicted_three_segment": three_segment_method(batch, learned[place](batch)),
         }
@@ -199,9 +214,9 @@ def _thesis_forest(batch: PlantBatch, measured: Measurements) -> Callable[[Plant
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
     found = profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
     slowest = batch.slowest_speed_limit
-    features = motion_features(batch.nominal_paths, slowest)
-    model = fit_model("random_forest", features, found, batch.tree_of_motion, inner_folds=3, seed=1, shallow_samples=1)
-    return lambda other: model.predict(motion_features(other.nominal_paths, slowest))
+    forest = estimators.random_forest(THESIS_FOREST, seed=1)
+    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), found)
+    return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
 
 
 def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:

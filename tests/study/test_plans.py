@@ -5,8 +5,9 @@ import pytest
 
 from robojoule.errors import CycleTimeTooShort
 from robojoule.planning.solve import PlanSolver, plan_energy_j
+from robojoule.planning.writeback import stacked_durations
 from robojoule.study.chain import chain_plans
-from robojoule.study.plans import PlanEnergies, evaluate_plans, path_costs, polynomial_method
+from robojoule.study.plans import PlanEnergies, evaluate_plans, path_costs, planned_speed_limits, polynomial_method
 from robojoule.study.summary import bootstrap_mean, gap_rows, win_rows
 from tests.study import cases
 
@@ -32,6 +33,16 @@ def test_a_cycle_time_that_is_too_short_is_refused(batch):
     costs = path_costs(batch, batch.paths, batch.speed_limits(25))
     with pytest.raises(CycleTimeTooShort):
         chain_plans(batch.graphs[0], costs[0], batch.least_cycles_s[:1] * 0.9)
+
+
+def test_planned_durations_are_kept(batch):
+    costs = path_costs(batch, batch.paths, batch.speed_limits(25))
+    times = batch.least_cycles_s[:, None] * [1.0, 1.2, 2.0]
+    plans = [chain_plans(*case) for case in zip(batch.graphs, costs, times, strict=True)]
+    found = batch.paths.durations(planned_speed_limits(batch, plans))
+    wanted = stacked_durations(plans)
+    assert (found <= wanted + 1e-9).all()
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
 
 
 def test_no_method_beats_the_optimum(batch):
