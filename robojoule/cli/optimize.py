@@ -10,7 +10,7 @@ from typing import Any
 from robojoule.cli._arguments import add_robot, robot_of
 from robojoule.errors import InputError
 
-DENSE_SPEED_LIMITS = 121
+RELATIVE_GAP = 8e-5  # proven gap of the plan at which no more runs are simulated
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.operations import load_tree, save_tree
     from robojoule.planning.batch import TreeBatch
     from robojoule.planning.methods import rule_plan
-    from robojoule.planning.optimum import optimal_plans
+    from robojoule.planning.simulated import simulated_plans
     from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
 
     robot = robot_of(arguments)
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     graph, least = batch.graphs[0], float(batch.least_cycles_s[0])
     cycle = cycle_time_s(arguments.cycle_time, least)
     plans = [rule_plan(graph, batch.d_min_s, cycle)]
-    plans += optimal_plans(batch, np.array([[cycle]]), speed_limits=DENSE_SPEED_LIMITS)[0]
+    plans += simulated_plans(batch, np.array([[cycle]]), relative_gap=RELATIVE_GAP).plans[0]
     limits = speed_limits_of_plans(batch, [plans])
     durations = batch.paths.durations(limits)
     written = [write_plan(tree, graph, plan, limits[:, k], durations[:, k]) for k, plan in enumerate(plans)]

@@ -1,0 +1,192 @@
+"""Energy over cycle time of one robot, for all cycle times at once.
+
+For one robot without possible collisions the planning model (see `robojoule.planning.model`) only shares out time:
+every second of the cycle is spent in a movement or waited where idling is cheapest. With convex profiles the least
+energy is the infimal convolution of the profiles and the idle line, a convex piecewise linear function of the cycle
+time: all their segments in order of slope, from the fastest cycle on. No program has to be solved, and no cycle time is
+left out.
+
+Its slope is the marginal energy in J per s of cycle time [W]: what one more second of cycle time is worth. Where it
+turns positive, more time gains nothing; where it reaches the idle power, all further time is waited.
+
+Profiles that are not convex count with their lower hull. At every breakpoint all movements stand at points of their
+profiles, so that the curve is exact there; between two breakpoints one movement alone is on its way through its hull,
+and the true least energy lies above the curve by at most the height of the profile over the hull there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.graph import OptimizationGraph, process_energy_j
+from robojoule.planning.model import VertexCosts, check_costs
+from robojoule.profile.adaptive import AdaptiveProfiles
+from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
+
+RELATIVE_ERROR = 5e-4  # of each motion's profile
+
+
+@dataclass(frozen=True, eq=False)
+class ParetoCurve:
+    """Least energy of a cycle over its cycle time, linear between breakpoints; immutable.
+
+    Attributes:
+        cycle_times_s: Breakpoints from the least cycle time to the one from which on all further time is waited,
+            rising strictly, shape (B,). [s]
+        energies_j: Least energies, convex, shape (B,). [J]
+        marginal_powers_w: Energy per further second of cycle time from each breakpoint on, rising, shape (B,); the last
+            one is the least idle power. [W]
+        hull_excess_j: How far the least energy may lie above the curve between this breakpoint and the next one, for
+            the profile used there is not convex, shape (B,); zero else. [J]
+        durations_s: Duration of each of the V movements at the breakpoints, shape (B, V). [s]
+    """
+
+    cycle_times_s: Array
+    energies_j: Array
+    marginal_powers_w: Array
+    hull_excess_j: Array
+    durations_s: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            array = np.array(getattr(self, field.name), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, field.name, array)
+
+    @property
+    def best(self) -> int:
+        """Breakpoint with the least energy of all cycle times (the shortest of several): the end of the trade-off."""
+        return int(np.argmin(self.energies_j))
+
+    def energy_j(self, cycle_times_s: ArrayLike) -> Array:
+        """Least energy at cycle times of any shape. [J]
+
+        Raises:
+            CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
+        """
+        times = self._checked(cycle_times_s)
+        waited = np.maximum(times - self.cycle_times_s[-1], 0.0) * self.marginal_powers_w[-1]
+        return np.asarray(np.interp(times, self.cycle_times_s, self.energies_j) + waited)
+
+    def plan_durations_s(self, cycle_times_s: ArrayLike) -> Array:
+        """Durations of the V movements in the best plans for cycle times (K,), shape (K, V). [s]
+
+        Raises:
+            CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
+        """
+        times = self._checked(cycle_times_s)
+        columns = [np.interp(times, self.cycle_times_s, column) for column in self.durations_s.T]
+        return np.stack(columns, axis=-1)
+
+    def _checked(self, cycle_times_s: ArrayLike) -> Array:
+        times, least = np.asarray(cycle_times_s, dtype=float), float(self.cycle_times_s[0])
+        if not (times >= least * (1.0 - 1e-9)).all():
+            raise CycleTimeTooShort(float(times.min()), least)
+        return times
+
+
+def pareto_curve(graph: OptimizationGraph, costs: Sequence[VertexCosts], *, fixed_energy_j: float = 0.0) -> ParetoCurve:
+    """Least energy over cycle time under given costs.
+
+    Args:
+        graph: Graph of one robot.
+        costs: Costs of each vertex, in the order of `graph.vertices`.
+        fixed_energy_j: Energy that no plan changes (process steps). [J]
+
+    Raises:
+        InputError: More than one robot, or costs that do not fit.
+    """
+    if len(graph.robots) != 1:
+        raise InputError("energy over cycle time is computed for one robot only", key="vertices")
+    check_costs(graph, costs)
+    idle_w = min(min(cost.idle_prior_w, cost.idle_post_w) for cost in costs)
+    hulls = [cost.profile.lower_hull for cost in costs]
+    owner = np.repeat(np.arange(len(hulls)), [hull.segments for hull in hulls])
+    slopes = np.concatenate([hull.slopes_w for hull in hulls])
+    lengths = np.concatenate([np.diff(hull.durations_s) for hull in hulls])
+    excess = np.concatenate([_excess_j(cost.profile, hull) for cost, hull in zip(costs, hulls, strict=True)])
+    order = np.argsort(slopes, kind="stable")
+    order = order[slopes[order] < idle_w]
+    owner, slopes, lengths, excess = owner[order], slopes[order], lengths[order], excess[order]
+    durations = np.zeros((order.size + 1, len(hulls)))
+    durations[0] = [hull.d_min_s for hull in hulls]
+    durations[np.arange(order.size) + 1, owner] = lengths
+    durations = np.cumsum(durations, axis=0)
+    waits_s = waits_j = 0.0
+    for vertex, cost in zip(graph.vertices, costs, strict=True):
+        waits_s += vertex.least_prior_wait_s + vertex.least_post_wait_s
+        waits_j += vertex.least_prior_wait_s * cost.idle_prior_w + vertex.least_post_wait_s * cost.idle_post_w
+    start_j = fixed_energy_j + waits_j + sum(float(hull.energies_j[0]) for hull in hulls)
+    return ParetoCurve(
+        cycle_times_s=waits_s + durations.sum(axis=1),
+        energies_j=start_j + np.append(0.0, np.cumsum(slopes * lengths)),
+        marginal_powers_w=np.append(slopes, idle_w),
+        hull_excess_j=np.append(excess, 0.0),
+        durations_s=durations,
+    )
+
+
+def _excess_j(profile: PiecewiseLinearProfile, hull: PiecewiseLinearProfile) -> Array:
+    """Largest height of a profile over each segment of its hull, shape (hull.segments,). [J]"""
+    heights = profile.energies_j - hull.value(profile.durations_s)
+    bounds = np.searchsorted(profile.durations_s, hull.durations_s)
+    inside: NDArray[np.float64] = np.maximum.reduceat(heights, bounds[:-1]) if hull.segments else np.zeros(0)
+    return np.maximum(inside, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TreeTradeOff:
+    """Energy over cycle time of one tree from simulated runs.
+
+    Attributes:
+        curve: What plans on the profiles above the true ones take: it can be executed.
+        bound: The same on the profiles below: no plan can undercut it.
+        runs: Simulated runs of all motions.
+    """
+
+    curve: ParetoCurve
+    bound: ParetoCurve
+    runs: int
+
+    @property
+    def largest_gap(self) -> float:
+        """Largest gap between curve and bound at the curve's breakpoints, relative. [-]
+
+        At the least cycle time there is one plan only, which is its own bound.
+        """
+        times, energies = self.curve.cycle_times_s[1:], self.curve.energies_j[1:]
+        return float(np.max(1.0 - self.bound.energy_j(times) / energies, initial=0.0))
+
+
+def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> list[TreeTradeOff]:
+    """Energy over cycle time of every tree of a batch, with true idle power.
+
+    Args:
+        batch: Trees.
+        relative_error: Difference of the profiles above and below the true ones, as a share of the least energy of each
+            motion. [-]
+    """
+    idle = [min(batch.idle_prior_w[rows].min(), batch.idle_post_w[rows].min()) for rows in batch.rows]
+    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    highest = np.repeat(idle, [rows.stop - rows.start for rows in batch.rows])
+    profiles.refine(relative_error, highest_slope_w=highest)
+    result = []
+    for tree, rows in enumerate(batch.rows):
+        pairs = [profiles.sandwich(motion) for motion in range(rows.start, rows.stop)]
+        prior, post = batch.idle_prior_w[rows].tolist(), batch.idle_post_w[rows].tolist()
+        curve, bound = (
+            pareto_curve(
+                batch.graphs[tree],
+                [VertexCosts(profile, n, w) for profile, n, w in zip(side, prior, post, strict=True)],
+                fixed_energy_j=process_energy_j(batch.trees[tree]),
+            )
+            for side in ([pair.above for pair in pairs], [pair.below for pair in pairs])
+        )
+        result.append(TreeTradeOff(curve, bound, int(profiles.runs[rows].sum())))
+    return result

@@ -1,0 +1,138 @@
+"""`robojoule_simulated`: plans on adaptive profiles with true idle power, from few simulated runs of each motion.
+
+Profiles need not be known everywhere, only where plans stand. Each round plans every cycle time on the profiles below
+the true ones (all cycle times at once, see `robojoule.planning.pareto`) and adds runs where the profiles above and
+below differ at that plan. As the plan could be executed on the profiles above, the sum of these differences bounds the
+gap; when it is small enough, the planning model gives the final plan on the profiles above.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.graph import process_energy_j
+from robojoule.planning.model import VertexCosts
+from robojoule.planning.pareto import pareto_curve
+from robojoule.planning.solve import PlanSolver, SpeedPlan
+from robojoule.profile.adaptive import AdaptiveProfiles, Sandwich
+from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
+
+RELATIVE_GAP = 5e-4  # of a plan to its proven bound, at which no more runs are added
+MAX_ROUNDS = 15
+_MILP_GAP = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedPlans:
+    """Plans of all trees with what they were made from.
+
+    Attributes:
+        plans: R plans for each tree. `energy_j` is met or undercut by the simulation, `bound_j` bounds the energy of
+            every plan of that cycle time from below; both hold the energy of process steps.
+        costs: Costs of each tree's vertices: profiles above the true ones, true idle power.
+        runs: Simulated runs of each motion, shape (M,).
+    """
+
+    plans: list[list[SpeedPlan]]
+    costs: list[list[VertexCosts]]
+    runs: NDArray[np.intp]
+
+
+def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: float = RELATIVE_GAP) -> SimulatedPlans:
+    """Plan every tree at its cycle times.
+
+    Args:
+        batch: Trees.
+        cycle_times_s: Cycle times of each tree, shape (T, R). [s]
+        relative_gap: Proven gap of each plan at which no more runs are added. [-]
+
+    Raises:
+        CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
+        PlanningError: The solver failed.
+    """
+    times = np.asarray(cycle_times_s, dtype=float)
+    search = _Search(batch, times, relative_gap)
+    for _ in range(MAX_ROUNDS):
+        if not search.refine():
+            break
+    plans, costs = [], []
+    for tree in range(len(batch.trees)):
+        of_tree = search.costs(tree, [pair.above for pair in search.pairs(tree)])
+        solver = PlanSolver(batch.graphs[tree], of_tree, relative_gap=_MILP_GAP)
+        step = process_energy_j(batch.trees[tree])
+        found = [solver.solve(float(time)) for time in times[tree]]
+        bounds = search.bounds_j(tree)
+        # Where only one plan is possible it is its own bound.
+        only = times[tree] <= batch.least_cycles_s[tree] * (1.0 + 1e-12)
+        plans.append(
+            [
+                replace(plan, energy_j=plan.energy_j + step, bound_j=(plan.energy_j if alone else bound) + step)
+                for plan, bound, alone in zip(found, bounds.tolist(), only.tolist(), strict=True)
+            ]
+        )
+        costs.append(of_tree)
+    return SimulatedPlans(plans, costs, search.profiles.runs.copy())
+
+
+class _Search:
+    """Adaptive profiles of a batch, refined where plans stand."""
+
+    def __init__(self, batch: TreeBatch, times: Array, relative_gap: float) -> None:
+        self.batch = batch
+        self.times = times
+        self.relative_gap = relative_gap
+        self.profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+        self._known: dict[int, Sandwich] = {}
+        self._open = list(range(len(batch.trees)))
+
+    def pairs(self, tree: int) -> list[Sandwich]:
+        """Profiles above and below of a tree's motions."""
+        rows = self.batch.rows[tree]
+        for motion in range(rows.start, rows.stop):
+            if motion not in self._known:
+                self._known[motion] = self.profiles.sandwich(motion)
+        return [self._known[motion] for motion in range(rows.start, rows.stop)]
+
+    def costs(self, tree: int, profiles: list[PiecewiseLinearProfile]) -> list[VertexCosts]:
+        """Costs of a tree's vertices with true idle power."""
+        rows = self.batch.rows[tree]
+        prior, post = self.batch.idle_prior_w[rows].tolist(), self.batch.idle_post_w[rows].tolist()
+        return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
+
+    def bounds_j(self, tree: int) -> Array:
+        """Lower bound of the energy at each cycle time, without process steps, shape (R,). [J]"""
+        below = self.costs(tree, [pair.below for pair in self.pairs(tree)])
+        return pareto_curve(self.batch.graphs[tree], below).energy_j(self.times[tree])
+
+    def refine(self) -> bool:
+        """One round for all trees that are not near enough to their bounds; false if there is nothing to do."""
+        wanted: dict[int, Array] = {}
+        trees = {tree: self._wanted(tree) for tree in self._open}
+        for found in trees.values():
+            wanted.update(found)
+        added = self.profiles.add(wanted)
+        for motion in added:
+            del self._known[motion]
+        self._open = [tree for tree, found in trees.items() if not found.keys().isdisjoint(added)]
+        return bool(self._open)
+
+    def _wanted(self, tree: int) -> dict[int, Array]:
+        """Durations at which runs are missing, by motion."""
+        pairs, graph, times = self.pairs(tree), self.batch.graphs[tree], self.times[tree]
+        below = pareto_curve(graph, self.costs(tree, [pair.below for pair in pairs]))
+        above = pareto_curve(graph, self.costs(tree, [pair.above for pair in pairs]))
+        bounds, energies = below.energy_j(times), above.energy_j(times)
+        loose = (energies - bounds > self.relative_gap * energies) & (times > self.batch.least_cycles_s[tree])
+        planned = below.plan_durations_s(times[loose])
+        allowed = self.relative_gap * energies[loose] / len(pairs)
+        wanted = {}
+        for vertex, pair in enumerate(pairs):
+            at = planned[:, vertex]
+            missing = at[pair.above.value(at) - pair.below.value(at) > allowed]
+            if missing.size:
+                wanted[self.batch.rows[tree].start + vertex] = np.unique(missing)
+        return wanted
