@@ -148,7 +148,7 @@ def write_text(path: str | Path, text: str) -> None:
 class _FlatListDumper(yaml.SafeDumper):
     """A YAML dumper that writes lists of plain values, such as joint positions, on one line."""
 
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> yaml.Node:
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> yaml.SequenceNode:
         plain = all(isinstance(item, (int, float, str)) for item in sequence)
         return super().represent_sequence(tag, sequence, flow_style=plain or flow_style)
 

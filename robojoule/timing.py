@@ -240,7 +240,7 @@ class PathTiming:
             durations_s: Requested durations, shape (M,). [s]
 
         Returns:
-            Speed limits, shape (M,); 1 for motions of zero length. [-]
+            Speed limits, shape (M,); 1 where the fastest run is needed and for motions of zero length. [-]
 
         Raises:
             InputError: A duration is shorter than the motion's fastest.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robojoule.config import Params, load_params
-from robojoule.errors import InputError
+from robojoule.errors import InputError, RobojouleError
 from stages.layout import Layout
 
 
@@ -23,3 +23,6 @@ def run(stage: Callable[[Params, Layout], None]) -> None:
     except InputError as error:
         print(f"{stage.__name__}: {error}", file=sys.stderr)
         raise SystemExit(2) from None
+    except RobojouleError as error:
+        print(f"{stage.__name__}: {error}", file=sys.stderr)
+        raise SystemExit(1) from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from robojoule.report.drawing import Drawing
@@ -9,6 +11,9 @@ from robojoule.report.labels import ENERGY_PARTS, MINUS
 from robojoule.report.profile_figures import typical_motion
 from robojoule.report.results import Columns, Results
 from robojoule.report.style import Style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LABELLED_TREES = 40  # more bars than this leave no room for names
 
@@ -21,15 +26,32 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
         ' WHERE motion_id = ? AND "distinct" ORDER BY duration_s',
         motion,
     )
-    figure, ax = style.figure(0.64)
-    duration, parts = rows["duration_s"], _used(rows)
+    figure = stacked_over_duration(rows, style)
     best = int(np.argmin(rows["energy_j"]))
-    changes = {part: rows[part][best] - rows[part][0] for part in parts}
+    changes = {part: rows[part][best] - rows[part][0] for part in _used(rows)}
     change = ", ".join(
         f"{ENERGY_PARTS[part]} {value:+.0f} J".replace("-", MINUS)
         for part, value in changes.items()
         if abs(value) >= 0.5
     )
+    return Drawing(
+        figure,
+        f"Where the energy of motion {motion} goes, from the fastest to the slowest run. From the fastest run to the "
+        f"best one: {change}. Beyond it the base consumption outgrows all else.",
+        "Stacked areas of energy parts over duration; the base consumption grows in proportion to it. From the fastest "
+        f"run to the best one: {change}.",
+    )
+
+
+def stacked_over_duration(rows: Columns, style: Style) -> Figure:
+    """Parts of one motion's energy, stacked.
+
+    Args:
+        rows: `duration_s` (rising), `energy_j` and the parts, each of shape (S,).
+        style: Look of the figure.
+    """
+    figure, ax = style.figure(0.64)
+    duration, parts = rows["duration_s"], _used(rows)
     # Energy gained by going down is drawn below zero, so that the stack ends at the sum.
     positive, negative = np.zeros_like(duration), np.zeros_like(duration)
     for part, color in zip(parts, style.colors(len(parts)), strict=True):
@@ -41,13 +63,7 @@ def breakdown_over_duration(results: Results, style: Style) -> Drawing:
     ax.set_xlabel("duration [s]")
     ax.set_ylabel("energy [J]")
     figure.legend(loc="outside lower center", ncols=4)
-    return Drawing(
-        figure,
-        f"Where the energy of motion {motion} goes, from the fastest to the slowest run. From the fastest run to the "
-        f"best one: {change}. Beyond it the base consumption outgrows all else.",
-        "Stacked areas of energy parts over duration; the base consumption grows in proportion to it. From the fastest "
-        f"run to the best one: {change}.",
-    )
+    return figure
 
 
 def breakdown_of_trees(results: Results, style: Style) -> Drawing:

@@ -207,8 +207,8 @@ def derive_capsules(file: RobotFile) -> dict[str, list[CapsuleFile]]:
     Every moving link gets one capsule from its own joint to the next joint (the last one: to the tool frame), unless
     both are in the same place. The root link gets one from the floor to joint 1; where joint 1 turns about the
     vertical it is drawn up to the height of joint 2, as the column stands there in every configuration. With
-    the reach L as the sum of the lengths from joint 2 (of a single joint: from it) to the tool frame, radii fall evenly from 7.5 % of L at the
-    root link to 4 % of L at the last link.
+    the reach L as the sum of the lengths from joint 2 (of a single joint: from it) to the tool frame, radii fall evenly
+    from 7.5 % of L at the root link to 4 % of L at the last link.
 
     Args:
         file: Robot file; its own capsules are not looked at.

@@ -24,6 +24,15 @@ def test_profile_prints_one_json_object(capsys):
     assert result["optimal_duration_s"] in result["duration_s"]
 
 
+def test_profile_draws_where_the_energy_goes(tmp_path, capsys):
+    plot = tmp_path / "profile.svg"
+    assert main(["profile", *MOVE, "--json", "--plot", str(plot)]) == 0
+    result = json.loads(capsys.readouterr().out)
+    total = np.sum(list(result["parts_j"].values()), axis=0)
+    assert total == pytest.approx(np.array(result["energy_j"]), rel=1e-9)
+    assert plot.read_text().startswith("<?xml")
+
+
 def test_profile_prints_a_table(capsys):
     assert main(["profile", *MOVE]) == 0
     assert "optimum" in capsys.readouterr().out
@@ -44,6 +53,7 @@ BAD = {
     "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is no list of joint positions"),
     "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
     "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
+    "plot": ([*MOVE, "--plot", "x.gif"], "--plot: 'x.gif' is no image file; allowed: .svg"),
     "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
 }
 
