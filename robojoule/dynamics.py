@@ -95,15 +95,16 @@ def inverse_dynamics(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     return np.ascontiguousarray(pin.rneaInParallel(1, pool, *columns).T)
 
 
-def path_torques(robot: Robot, start_rad: Array, delta_rad: Array) -> PathTorques:
+def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | None = None) -> PathTorques:
     """Project the inverse dynamics on M straight paths.
 
     Args:
         robot: Robot with its payload.
         start_rad: Start configurations, shape (M, n). [rad]
         delta_rad: Joint changes, shape (M, n). [rad]
+        count: Number of nodes; as many as represent the paths to rounding if not given.
     """
-    count = node_count(delta_rad)
+    count = count or node_count(delta_rad)
     nodes = chebyshev_nodes(count)
     motions, joints = start_rad.shape
     q = (start_rad[:, None, :] + nodes[None, :, None] * delta_rad[:, None, :]).reshape(-1, joints)
