@@ -1,8 +1,8 @@
 """Energies of motions at ten speed limits: the plain way, robojoule's, and a floor. `python -m benchmarks.simulation`.
 
-*Plain* is the fair reference: Ruckig's `at_time` and Pinocchio's `rnea` for every 4 ms sample in a Python loop, numpy for
-the power, the same model. The *floor* is what no simulation along a path can do without here: the inverse-dynamics calls
-at the fewest path nodes that keep energies within 0.1 %, in the fastest route of Pinocchio's Python package
+*Plain* is the fair reference: Ruckig's `at_time` and Pinocchio's `rnea` for every 4 ms sample in a Python loop, numpy
+for the power, the same model. The *floor* is what no simulation along a path can do without here: the inverse-dynamics
+calls at the fewest path nodes that keep energies within 0.1 %, in the fastest route of Pinocchio's Python package
 (`rneaInParallel`), and one Ruckig call a run. Everything runs on one core, interleaved, and is quoted as medians.
 """
 
