@@ -22,6 +22,7 @@ from robojoule.planning.methods import (
 )
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.optimum import solve_optimum
+from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solve import PlanSolver, SpeedPlan
 from robojoule.planning.writeback import CycleRun, simulate_trees, speed_limits_of_plans, write_plan
 from robojoule.profile import ThreeSegmentShape
@@ -132,6 +133,9 @@ def run_experiment(
     costs = _predicted(batch, beliefs, settings)
     found.append(_solved(batch, Variant("predicted_three_segment"), costs, times, preference_w=WAIT_PREFERENCE_W))
     progress("predicted_three_segment")
+    simulated = simulated_plans(batch, times)
+    found.append(_Plans(Variant("robojoule_simulated"), simulated.plans, costs=simulated.costs))
+    progress(f"robojoule_simulated: {simulated.runs.mean():.1f} runs a motion, at most {simulated.runs.max()}")
     found.append(_optimum(batch, times, settings.dense_speed_limits))
     progress("optimum, with proven bounds")
     cycles = simulate_plans(batch, found, settings.relaxations_percent)

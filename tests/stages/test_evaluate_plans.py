@@ -69,7 +69,7 @@ OUTPUTS = ("table_6_1", "table_6_1_thesis", "table_6_2", "table_6_3", "payload_s
 def test_every_plan_is_there_and_none_is_late(done):
     _, layout = done
     plans = pq.read_table(layout.plans)
-    assert plans.num_rows == 3 * 2 * 9 * 4
+    assert plans.num_rows == 3 * 2 * 10 * 4
     total = plans.group_by(
         [
             "tree_id",
@@ -111,13 +111,14 @@ def test_tables_hold_every_method(done):
         "gap_to_optimum_percent",
         "trees",
     ]
-    assert [(row["method"], row["krc_segments"]) for row in rows[:7]] == [
+    assert [(row["method"], row["krc_segments"]) for row in rows[:8]] == [
         ("unoptimized", ""),
         ("uniform", ""),
         ("greedy", ""),
         ("krc_polynomial", "4"),
         ("krc_polynomial", "6"),
         ("predicted_three_segment", ""),
+        ("robojoule_simulated", ""),
         ("optimum", ""),
     ]
     assert {row["trees"] for row in rows} == {"3"}

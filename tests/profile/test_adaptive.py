@@ -1,0 +1,152 @@
+"""Adaptive profiles: they enclose the curve, keep the stated error and need few runs, where it is not convex too."""
+
+import numpy as np
+import pytest
+
+from robojoule.profile import PiecewiseLinearProfile
+from robojoule.profile.adaptive import LEAST_SPACING_S, AdaptiveProfiles, sandwich
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload
+from robojoule.simulation import MotionPaths
+
+ERROR = 1e-3
+SLOWEST = 0.1
+
+
+@pytest.fixture(scope="module")
+def paths():
+    robot = load_robot("kuka_kr16_r2010_2", Payload(10.0, (0.0, 0.0, 0.1)))
+    rng = np.random.default_rng(4)
+    home = np.radians([0.0, -90.0, 90.0, 0.0, 0.0, 0.0])
+    starts = home + rng.uniform(-0.6, 0.6, (12, 6))
+    ends = home + rng.uniform(-0.6, 0.6, (12, 6))
+    ends[0] = starts[0]  # no motion
+    ends[1] = starts[1] + 1e-3  # a tiny one
+    return MotionPaths(robot, starts, ends)
+
+
+@pytest.fixture(scope="module")
+def refined(paths):
+    adaptive = AdaptiveProfiles(paths, SLOWEST)
+    adaptive.refine(ERROR)
+    return adaptive
+
+
+@pytest.fixture(scope="module")
+def dense(paths):
+    top = np.maximum(paths.fastest_speed_limits(), SLOWEST)[:, None]
+    return paths.simulate(np.clip(top + np.linspace(0.0, 1.0, 150) * (SLOWEST - top), SLOWEST, 1.0))
+
+
+def test_the_true_curve_lies_between_both_profiles(paths, refined, dense):
+    for motion in range(paths.motions):
+        pair = refined.sandwich(motion)
+        d, e = dense.duration_s[motion], dense.energy_j[motion]
+        d = np.clip(d, pair.above.d_min_s, pair.above.d_max_s)
+        noise = 1e-6 * e.max()
+        assert (pair.above.value(d) >= e - noise).all()
+        # At d_min itself the energy is known, but the profile below is the neighbour's line.
+        inside = d > pair.below.d_min_s + 1e-9
+        assert (pair.below.value(d)[inside] <= e[inside] + noise).all()
+
+
+def test_both_profiles_differ_by_no_more_than_the_stated_error(paths, refined):
+    for motion in range(1, paths.motions):
+        pair, profile = refined.sandwich(motion), refined.profiles[motion]
+        allowed = ERROR * profile.energies_j.min()
+        wide = np.diff(profile.durations_s) > 4.0 * LEAST_SPACING_S
+        assert pair.difference_j[wide].max(initial=0.0) <= allowed
+        grid = np.linspace(pair.above.d_min_s, pair.above.d_max_s, 400)[1:]
+        assert (pair.above.value(grid) - pair.below.value(grid)).max() <= allowed * (1.0 + 1e-9)
+        at_runs = pair.above.value(profile.durations_s)
+        assert at_runs == pytest.approx(profile.energies_j, rel=ERROR)
+
+
+def test_runs_are_counted_and_as_many_equidistant_ones_are_worse(paths, refined):
+    assert refined.runs.max() < 100
+    assert refined.runs[0] == 1  # no motion: one point
+    assert all(len(profile) <= count for profile, count in zip(refined.profiles, refined.runs, strict=True))
+    top = np.maximum(paths.fastest_speed_limits(), SLOWEST)[:, None]
+    most = refined.runs.max()
+    shares = np.minimum(np.arange(most) / np.maximum(refined.runs - 1, 1)[:, None], 1.0)
+    equidistant = paths.simulate(np.clip(top + shares * (SLOWEST - top), SLOWEST, 1.0))
+    ratios = []
+    for motion in range(2, paths.motions):
+        runs = PiecewiseLinearProfile(*_rising(equidistant.duration_s[motion], equidistant.energy_j[motion]))
+        ratios.append(sandwich(runs).difference_j.max() / refined.sandwich(motion).difference_j.max())
+    assert min(ratios) > 1.5
+
+
+def _rising(durations, energies):
+    durations, first = np.unique(durations, return_index=True)
+    return durations, energies[first]
+
+
+def test_what_costs_more_than_waiting_is_not_refined(paths):
+    everything, useful = AdaptiveProfiles(paths, SLOWEST), AdaptiveProfiles(paths, SLOWEST)
+    everything.refine(5e-3)
+    useful.refine(5e-3, highest_slope_w=0.0)
+    assert useful.runs.sum() < everything.runs.sum()
+    for motion in range(1, paths.motions):
+        pair, profile = useful.sandwich(motion), useful.profiles[motion]
+        to_best = np.flatnonzero(np.diff(profile.durations_s) > 4.0 * LEAST_SPACING_S)
+        to_best = to_best[to_best < profile.optimum]
+        assert (pair.difference_j[to_best] <= 5e-3 * profile.energies_j.min()).all()
+
+
+def test_same_motions_give_the_same_profiles(paths, refined):
+    again = AdaptiveProfiles(paths, SLOWEST)
+    again.refine(ERROR)
+    for one, other in zip(again.profiles, refined.profiles, strict=True):
+        assert one.durations_s.tobytes() == other.durations_s.tobytes()
+        assert one.energies_j.tobytes() == other.energies_j.tobytes()
+
+
+def test_an_error_must_be_asked_for(paths):
+    with pytest.raises(ValueError, match="must be positive"):
+        AdaptiveProfiles(paths, SLOWEST).refine(0.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_convex_curves_are_enclosed(seed):
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.uniform(50, 500), rng.uniform(0, 100), rng.uniform(100, 500)
+    d = np.sort(rng.uniform(0.3, 2.0, 9))
+    pair = sandwich(PiecewiseLinearProfile(d, a / d + b + c * d))
+    grid = np.linspace(d[0], d[-1], 2001)
+    true = a / grid + b + c * grid
+    assert (pair.above.value(grid) >= true - 1e-9).all()
+    assert (pair.below.value(grid) <= true + 1e-9).all()
+    assert pair.below.is_convex
+    apart = pair.above.value(grid) - pair.below.value(grid)
+    for segment in range(8):
+        inside = (grid >= d[segment]) & (grid <= d[segment + 1])
+        assert apart[inside].max() <= pair.difference_j[segment] + 1e-9
+
+
+def test_concave_curves_are_enclosed_the_other_way_round():
+    d = np.linspace(1.0, 2.0, 7)
+    pair = sandwich(PiecewiseLinearProfile(d, 100.0 - 50.0 * (d - 1.6) ** 2))
+    grid = np.linspace(1.0, 2.0, 1001)
+    true = 100.0 - 50.0 * (grid - 1.6) ** 2
+    assert (pair.above.value(grid) >= true - 1e-9).all()
+    assert (pair.below.value(grid) <= true + 1e-9).all()
+    assert pair.below.value(d) == pytest.approx(100.0 - 50.0 * (d - 1.6) ** 2)  # the runs themselves
+
+
+def test_a_curve_with_a_bump_keeps_it():
+    d = np.linspace(0.0, 2.0 * np.pi, 41)
+    pair = sandwich(PiecewiseLinearProfile(d, 10.0 + np.sin(d)))
+    grid = np.linspace(0.0, 2.0 * np.pi, 3001)
+    assert (pair.above.value(grid) >= 10.0 + np.sin(grid) - 1e-4).all()
+    assert (pair.below.value(grid) <= 10.0 + np.sin(grid) + 1e-4).all()
+    assert not pair.above.is_convex
+    assert (pair.above.value(grid) - pair.below.value(grid)).max() < 0.02
+
+
+def test_one_segment_says_nothing_about_the_bend():
+    pair = sandwich(PiecewiseLinearProfile([1.0, 2.0], [5.0, 4.0]))
+    assert pair.difference_j.tolist() == [np.inf]
+    assert pair.widest_s.tolist() == [1.5]
+    still = sandwich(PiecewiseLinearProfile([0.0], [0.0]))
+    assert still.difference_j.size == 0
