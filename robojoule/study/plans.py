@@ -127,8 +127,8 @@ def evaluate_plans(
         dense_speed_limits: Speed limits of the true profiles for the optimum.
 
     Returns:
-        Energies, also of `unoptimized`, `uniform`, `greedy` and `optimum`: the best plan found on the true profiles or by
-        any method.
+        Energies, also of `unoptimized`, `uniform`, `greedy` and `optimum`: the best plan found on the true profiles
+        or by any method.
     """
     times = cycle_times(batch, relaxations_percent)
     plans: dict[str, list[list[SpeedPlan]]] = _rules(batch, times)
