@@ -13,7 +13,7 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro flow test study lint
+.PHONY: help repro flow test study bench lint
 .DEFAULT_GOAL := help
 
 help:
@@ -21,6 +21,7 @@ help:
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
 	@echo 'make test    set up, run all tests'
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they stand on'
+	@echo 'make bench   set up, time the simulation, write benchmarks/results.json'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
@@ -36,6 +37,9 @@ test: $(READY)
 
 study: $(READY)
 	@$(IN_VENV) $(PY) -m dvc repro studies/dvc.yaml
+
+bench: $(READY)
+	@$(IN_VENV) $(PY) -m benchmarks.simulation --out benchmarks/results.json
 
 lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff check .

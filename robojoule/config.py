@@ -98,6 +98,14 @@ class EvaluatePlansParams(Document):
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
     payload_sensitivity_kg: list[Annotated[float, Field(ge=0, le=2000)]]
 
+    @model_validator(mode="after")
+    def _no_repetition(self) -> EvaluatePlansParams:
+        for key in ("relaxations_percent", "krc_segments", "payload_sensitivity_kg"):
+            values = getattr(self, key)
+            if len(set(values)) != len(values):
+                raise ValueError(f"evaluate_plans.{key} must not repeat a value")
+        return self
+
 
 class DrawFiguresParams(Document):
     """Style of the figures."""

@@ -125,10 +125,17 @@ def load(model: type[D], path: str | Path) -> D:
 
 @contextmanager
 def atomic_path(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; rename it on success, remove it on error."""
+    """Yield a temporary path beside `path`; rename it on success, remove it on error.
+
+    Raises:
+        InputError: Nothing can be written there.
+    """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise InputError(f"the file cannot be written ({error.strerror})", file=path) from None
     os.close(handle)
     temporary = Path(name)
     try:

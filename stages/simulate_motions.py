@@ -60,7 +60,10 @@ def robot_of(params: RobotParams) -> Robot:
 def _read_trees(path: Path) -> pa.Table:
     if not path.exists():
         raise InputError("there are no operation trees; run the stage generate_trees first", file=path)
-    return pq.read_table(path)
+    try:
+        return pq.read_table(path)
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path) from None
 
 
 def _simulate_shard(
@@ -93,6 +96,7 @@ def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dic
         "idle_power_median_w": float(np.median(idle)),
         "idle_power_max_w": float(idle.max()),
         "rising_slope_over_idle": figures["rising_chord_w"] / idle_home,
+        "torque_above_limit_percent": 100.0 * float((runs["peak_torque_ratio"].to_numpy() > 1.0).mean()),
         "kr300_energy_error_percent": kr300_energy_error_percent(),
     }
     return {name: round(value, 6) for name, value in figures.items()}

@@ -32,6 +32,7 @@ BAD = {
         "less than or equal to 100",
     ),
     "relaxation below 100": (("evaluate_plans", "relaxations_percent"), [90], "relaxations_percent.0: .*greater"),
+    "segments repeated": (("evaluate_plans", "krc_segments"), [4, 4], "krc_segments must not repeat a value"),
     "text for number": (("train_predictors", "seed"), "many", "train_predictors.seed: .*integer"),
 }
 

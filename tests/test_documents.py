@@ -76,6 +76,12 @@ def test_a_failed_write_leaves_nothing_behind(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out.txt"]
 
 
+def test_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(InputError, match="the file cannot be written"):
+        write_document(tmp_path / "file" / "out.json", {})
+
+
 def test_cycle_time_message():
     error = CycleTimeTooShort(4.1, 4.36)
     assert (error.requested_s, error.minimum_s) == (4.1, 4.36)

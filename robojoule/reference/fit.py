@@ -2,7 +2,7 @@
 
 Motor constants, friction, inverter efficiency and standby of this robot are published nowhere. They are fitted here,
 within stated plausible ranges (`targets.yaml`), so that simulated trees show the published power level and profiles
-of the published shape. The search (least squares from several starts) is seeded; its result goes into the catalog.
+of the published shape. The search (least squares) is seeded; its result goes into the catalog.
 """
 
 from __future__ import annotations

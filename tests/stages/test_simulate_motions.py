@@ -63,6 +63,14 @@ def test_shards_do_not_change_the_result_and_stale_ones_go(done, tmp_path):
     assert pq.read_table(again.samples_dir).equals(together)
 
 
+def test_unreadable_trees_are_named(done, tmp_path):
+    layout = Layout(tmp_path)
+    layout.data_dir.mkdir()
+    layout.trees.write_bytes(b"not a table")
+    with pytest.raises(InputError, match=r"trees\.parquet: the file cannot be read"):
+        simulate_motions(done[0], layout)
+
+
 def test_without_trees_the_message_names_the_stage(done, tmp_path):
     with pytest.raises(InputError, match="no operation trees; run the stage generate_trees first"):
         simulate_motions(done[0], Layout(tmp_path))
