@@ -17,7 +17,7 @@ PARAMS = Path(__file__).parents[2] / "params.yaml"
 
 def params(**changes):
     loaded = load_params(PARAMS)
-    small = {"trees": 12, "experiment_trees": 6, "test_fraction": 0.25, **changes}
+    small = {"trees": 12, "experiment_trees": 6, "test_fraction": 0.25, "budget_rad": (0.8, 4.0), **changes}
     return loaded.model_copy(update={"generate_trees": loaded.generate_trees.model_copy(update=small)})
 
 
