@@ -4,8 +4,9 @@ The speed limit p in (0, 1] scales the joint velocity limits, hence the peak pat
 v(p) = p min_j(v_max,j / |dq_j|). The path acceleration a(v) is the largest constant that keeps every joint torque
 within `torque_use` of its effort limit at every path node, at standstill and at v (but `torque_floor` of the effort
 limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a faster peak need not give a
-shorter motion: the controller raises the peak velocity towards v(p) as long as that shortens the motion. Speed limits
-above give the same run.
+shorter motion: the controller raises the peak velocity towards v(p) as long as that shortens the motion and the torques
+of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the effort limits. Speed limits above give
+the same run.
 """
 
 from __future__ import annotations
@@ -32,8 +33,13 @@ _BISECTIONS = 50
 
 @dataclass(frozen=True)
 class _TorqueLimits:
-    """Torque limits of M motions, padded to K each: |inertia a + standing + viscous v + centrifugal v^2| <= usable."""
+    """Torque limits of M motions, padded to K each: |inertia a + standing + viscous v + centrifugal v^2| <= usable.
 
+    `steady_velocity`, shape (M,), is the peak velocity up to which steady torques leave the floor within the effort
+    limits of all joints. Where gravity and Coulomb friction alone exceed that, a lower velocity would not help. [1/s]
+    """
+
+    steady_velocity: Array
     inertia: Array
     standing: Array
     viscous: Array
@@ -98,6 +104,11 @@ class PathTiming:
         floor = np.broadcast_to(drives.torque_floor * effort, shape)
         top = np.where(self.moving, self.full_velocity, 0.0)[:, None, None]
         worst = np.abs(standing) + top * (np.abs(viscous) + top * np.abs(centrifugal))
+        room = (1.0 - drives.torque_floor) * effort
+        steady = np.full(shape, np.inf)
+        near = worst > room
+        terms = (centrifugal[near], viscous[near], standing[near])
+        steady[near] = _first_reached(*terms, np.broadcast_to(room, shape)[near])
         with np.errstate(divide="ignore", invalid="ignore"):
             least = np.maximum(usable - worst, floor) / inertia
             most = np.maximum(usable - np.abs(standing), floor) / inertia
@@ -108,7 +119,8 @@ class PathTiming:
         def take(values: Array) -> Array:
             return np.take_along_axis(values.reshape(self.motions, -1), chosen, axis=1)
 
-        return _TorqueLimits(*(take(x) for x in (inertia, standing, viscous, centrifugal, usable, floor)))
+        limits = (take(x) for x in (inertia, standing, viscous, centrifugal, usable, floor))
+        return _TorqueLimits(steady.min(axis=(1, 2)), *limits)
 
     @cached_property
     def fastest_velocity(self) -> Array:
@@ -121,7 +133,8 @@ class PathTiming:
         if rows.size == 0:
             return fastest
         # Above `top` the peak is not reached on the path, so that it shortens nothing.
-        top = self._bisect(lambda v: ~self._reachable(v, rows), np.zeros(len(rows)), self.full_velocity[rows])
+        highest = np.minimum(self.full_velocity, self._limits.steady_velocity)[rows]
+        top = self._bisect(lambda v: ~self._reachable(v, rows), np.zeros(len(rows)), highest)
         candidates = top[:, None] * _SEARCH_GRID
         low, high = self._first_rise(candidates, rows)
         floors = self._floor_velocities(rows)
@@ -157,16 +170,7 @@ class PathTiming:
         """
         limits = self._limits
         a, b, c = limits.centrifugal[rows], limits.viscous[rows], limits.standing[rows]
-        room = limits.usable[rows] - limits.floor[rows]
-        found = np.full(a.shape, np.inf)
-        for side in (-1.0, 1.0):
-            offset = c + side * room
-            with np.errstate(invalid="ignore", divide="ignore"):
-                root = np.sqrt(b**2 - 4.0 * a * offset)
-                for q in (-(b + root) / 2.0, -(b - root) / 2.0):  # the two ways that lose no digits
-                    for v in (q / a, offset / q):
-                        found = np.where((v > 0.0) & (v < found), v, found)
-        return np.where(np.abs(c) < room, found, np.inf)
+        return _first_reached(a, b, c, limits.usable[rows] - limits.floor[rows])
 
     @staticmethod
     def _bisect(beyond: Callable[[Array], NDArray[np.bool_]], low: Array, high: Array) -> Array:
@@ -290,3 +294,19 @@ class PathTiming:
             for m, vs, accelerations in zip(rows, peak_velocity, acceleration, strict=True)
             for v, a in zip(vs, accelerations, strict=True)
         ]
+
+
+def _first_reached(centrifugal: Array, viscous: Array, standing: Array, room: Array) -> Array:
+    """Least velocity at which |standing + viscous v + centrifugal v^2| reaches `room`; infinite if it never does.
+
+    Also infinite where it is beyond already at standstill. All of one shape. [1/s]
+    """
+    found = np.full(standing.shape, np.inf)
+    for side in (-1.0, 1.0):
+        offset = standing + side * room
+        with np.errstate(invalid="ignore", divide="ignore"):
+            root = np.sqrt(viscous**2 - 4.0 * centrifugal * offset)
+            for q in (-(viscous + root) / 2.0, -(viscous - root) / 2.0):  # the two ways that lose no digits
+                for v in (q / centrifugal, offset / q):
+                    found = np.where((v > 0.0) & (v < found), v, found)
+    return np.where(np.abs(standing) < room, found, np.inf)

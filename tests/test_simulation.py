@@ -8,6 +8,7 @@ import pytest
 
 from robojoule.errors import InputError
 from robojoule.quadrature import phase_quadrature
+from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
 from tests.core_cases import HARD_MOTIONS_DEG, SPEED_LIMITS, hard_paths, kr16, random_motions
@@ -139,6 +140,20 @@ def test_durations_fall_with_the_speed_limit_and_torques_keep_their_limit(paths,
     assert np.all(np.diff(runs.duration_s, axis=1) <= 1e-12)
     assert runs.peak_torque_ratio.max() <= 1.0
     assert paths.durations(SPEED_LIMITS) == pytest.approx(runs.duration_s, abs=1e-9)
+
+
+def test_steady_torques_leave_the_floor_within_the_effort_limit():
+    """A robot with much viscous friction beside gravity: it has to run slower than its joints and its time ask for."""
+    heavy = load_robot("kuka_kr210_r2700_2", Payload(126.0))
+    paths = MotionPaths(heavy, *random_motions(heavy, 200))
+    assert paths.simulate(SPEED_LIMITS).peak_torque_ratio.max() <= 1.0
+    delta, drives = paths.delta_rad[:, None, :], heavy.drives
+    _, centrifugal, gravity = paths.torques.at_nodes
+    standing = gravity + drives.coulomb_nm * np.sign(delta)
+    velocity = paths.timing.fastest_velocity[:, None, None]
+    steady = np.abs(standing + velocity * drives.viscous_nm_s_per_rad * delta + velocity**2 * centrifugal)
+    room = (1.0 - drives.torque_floor) * heavy.effort_nm
+    assert np.all(steady <= np.where(np.abs(standing) < room, room * (1 + 1e-9), np.inf))
 
 
 def test_durations_never_rise_with_the_speed_limit(robot):
