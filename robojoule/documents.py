@@ -81,6 +81,8 @@ def parse(model: type[D], data: Any, source: str | Path) -> D:
     """
     try:
         return model.model_validate(data)
+    except InputError as error:  # raised by a validator that knows the key, but not the file
+        raise InputError(error.problem, file=source, key=error.key, allowed=error.allowed) from None
     except ValidationError as error:
         raise _first_error(error, model, source) from None
 

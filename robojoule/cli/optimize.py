@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     full_speed, optimized = simulate_trees(batch, [written])[0]
     if arguments.out is not None:
         save_tree(written[1], arguments.out)
-    bound = plans[1].bound_j
+    bound = min(plans[1].bound_j, optimized.energy_j)  # a plan that exists is above the bound but for rounding
     return {
         "program": tree.name,
         "robot": robot.name,

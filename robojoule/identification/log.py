@@ -74,6 +74,8 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence
     payload = _column(table, source, "payload_kg") if "payload_kg" in table.column_names else None
     if payload is not None and payload.min() < 0.0:
         raise InputError("a payload is negative", file=source, key="payload_kg", allowed="0 kg or more")
+    if payload is not None:
+        robot.file.check_payload(float(payload.max()), file=source, key="payload_kg")
     log = MeasuredLog(
         source=source,
         time_s=time,

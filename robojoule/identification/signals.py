@@ -235,7 +235,8 @@ def _rigid_torques(
     torque, payload = np.empty_like(q), robot.payload
     for mass in masses:
         rows = np.full(len(q), True) if log.payload_kg is None else log.payload_kg == mass
-        loaded = Robot(robot.file, payload if log.payload_kg is None else Payload(float(mass), payload.com_m))
+        carried = payload if log.payload_kg is None else Payload(float(mass), payload.com_m)
+        loaded = Robot(robot.file, carried, robot.source)
         if heavier_body is not None:
             inertia = loaded.model.inertias[heavier_body + 1]
             loaded.model.inertias[heavier_body + 1] = pin.Inertia(

@@ -38,22 +38,28 @@ def load_robot_file(name: str | Path, drives: str | Path | None = None) -> Robot
     Raises:
         InputError: Unknown name, or a bad robot file, URDF or drive file.
     """
+    return _load(name, drives)[0]
+
+
+def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
+    """A robot file, and where it was read from, as messages say it."""
     from robojoule.robots.model_file import RobotFile  # late: listing names needs no models
 
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix == ".urdf":
-        from robojoule.robots.urdf import load_urdf
+        from robojoule.robots.urdf import load_urdf, urdf_source
 
-        return load_urdf(path, drives)
+        return load_urdf(path, drives), urdf_source(path, drives)
     if drives is not None:
         raise InputError("a drive file goes with a URDF only: a robot file holds its drives", file=drives)
     if suffix in (".json", ".yaml", ".yml"):
-        return load(RobotFile, path)
+        return load(RobotFile, path), str(path)
     if str(name) not in robot_names():
         allowed = f"{', '.join(robot_names())}, or the path of a robot file or URDF"
         raise InputError(f"unknown robot '{name}'", allowed=allowed)
-    return load(RobotFile, catalog_path(str(name)))
+    path = catalog_path(str(name))
+    return load(RobotFile, path), str(path)
 
 
 def load_robot(name: str | Path, payload: Payload | None = None, *, drives: str | Path | None = None) -> Robot:
@@ -65,8 +71,9 @@ def load_robot(name: str | Path, payload: Payload | None = None, *, drives: str 
         drives: Drive file of a URDF; if not given, the one beside it.
 
     Raises:
-        InputError: Unknown name, or a bad robot file, URDF or drive file.
+        InputError: Unknown name, a bad robot file, URDF or drive file, or a payload above the rated one.
     """
     from robojoule.robots.robot import Robot  # late: brings Pinocchio
 
-    return Robot(load_robot_file(name, drives), payload)
+    file, source = _load(name, drives)
+    return Robot(file, payload, source)

@@ -19,13 +19,16 @@ NO_MASS_KG = 1e-5  # vendors write 1e-6 kg for "nothing here"
 FLATTEST = 1e-6
 
 
-def check_moving_bodies(file: RobotFile, anchors: Mapping[str, tuple[int, pin.SE3]], model: pin.Model) -> None:
+def check_moving_bodies(
+    file: RobotFile, anchors: Mapping[str, tuple[int, pin.SE3]], model: pin.Model, source: str
+) -> None:
     """Check the body behind every moving joint, before any payload is attached.
 
     Args:
         file: Robot file.
         anchors: For each link the index of the joint that moves it (0: none) and its placement on it.
         model: Model with the file's link inertia.
+        source: How messages name the file.
 
     Raises:
         InputError: A body has no inertial figures, no mass or an inertia that is not positive definite, and is not
@@ -34,13 +37,13 @@ def check_moving_bodies(file: RobotFile, anchors: Mapping[str, tuple[int, pin.SE
     for index, joint in enumerate(file.moving_joints, start=1):
         links = [link for link, (owner, _) in anchors.items() if owner == index]
         if any(link in file.lumped_links for link in links):
-            _check_lumped(file, joint, links, anchors)
+            _check_lumped(file, joint, links, anchors, source)
             continue
         problem = _problem(file, links, model.inertias[index])
         if problem:
             raise InputError(
                 f"joint '{joint.name}' moves {_listed(links)}, {problem}",
-                file=file.name,
+                file=source,
                 key=f"links.{joint.child}",
                 allowed="a body with positive mass and positive definite inertia, or a mark in lumped_links",
             )
@@ -59,7 +62,7 @@ def _problem(file: RobotFile, links: list[str], inertia: pin.Inertia) -> str | N
 
 
 def _check_lumped(
-    file: RobotFile, joint: JointFile, links: list[str], anchors: Mapping[str, tuple[int, pin.SE3]]
+    file: RobotFile, joint: JointFile, links: list[str], anchors: Mapping[str, tuple[int, pin.SE3]], source: str
 ) -> None:
     """Inertia lumped away leaves the joint only its rotor, and must have gone to a link nearer to the base."""
     for link in links:
@@ -70,14 +73,14 @@ def _check_lumped(
         if anchors[holder][0] >= anchors[link][0] or figures is None or figures.mass_kg <= NO_MASS_KG:
             raise InputError(
                 f"'{link}' cannot be lumped into '{holder}'",
-                file=file.name,
+                file=source,
                 key=f"lumped_links.{link}",
                 allowed="a link with mass that is nearer to the base",
             )
     if file.drives.joints[joint.name].rotor_inertia_kg_m2 == 0:
         raise InputError(
             f"joint '{joint.name}' moves a lumped body, so it needs a rotor inertia above 0",
-            file=file.name,
+            file=source,
             key=f"drives.joints.{joint.name}.rotor_inertia_kg_m2",
         )
 

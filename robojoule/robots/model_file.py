@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document
+from robojoule.errors import InputError
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
@@ -47,6 +49,11 @@ class LinkFile(Document):
     inertia_kg_m2: InertiaTensor
 
 
+def _of_joint(name: object) -> str:
+    """Key of messages about a joint: its name, as its place in a list says little."""
+    return f"joint '{name}'"
+
+
 class JointFile(Document):
     """A joint between two links; fixed joints carry no limits."""
 
@@ -64,17 +71,17 @@ class JointFile(Document):
 
     @model_validator(mode="before")
     @classmethod
-    def _name_the_joint(cls, data: Any) -> Any:
-        """Messages about a joint name it: its place in a list says little."""
+    def _check_what_is_written(cls, data: Any) -> Any:
+        """Check type and limits before their own fields do, which know the joint's place in the list only."""
         if not isinstance(data, dict):
             return data
         name, kind = data.get("name"), data.get("type")
         if isinstance(kind, str) and kind not in JOINT_TYPES:
-            raise ValueError(f"joint '{name}' has the unknown type '{kind}'; allowed: {', '.join(JOINT_TYPES)}")
+            raise InputError(f"the joint type '{kind}' is unknown", key=_of_joint(name), allowed=", ".join(JOINT_TYPES))
         for key in ("velocity_rad_s", "effort_nm"):
             value = data.get(key)
             if kind != "fixed" and isinstance(value, (int, float)) and not value > 0:
-                raise ValueError(f"joint '{name}': {key} is {value}; allowed: above 0")
+                raise InputError(f"{key} is {value}", key=_of_joint(name), allowed="above 0")
         return data
 
     @model_validator(mode="after")
@@ -83,11 +90,12 @@ class JointFile(Document):
             return self
         for key in ("lower_rad", "upper_rad", "velocity_rad_s", "effort_nm"):
             if getattr(self, key) is None:
-                raise ValueError(f"joint '{self.name}' lacks {key}")
+                raise InputError(f"{key} is missing", key=_of_joint(self.name))
         if self.lower_rad >= self.upper_rad:  # type: ignore[operator]
-            raise ValueError(f"joint '{self.name}': lower_rad must be below upper_rad")
+            problem = f"lower_rad {self.lower_rad:g} is not below upper_rad {self.upper_rad:g}"
+            raise InputError(problem, key=_of_joint(self.name))
         if sum(a * a for a in self.axis) == 0:
-            raise ValueError(f"joint '{self.name}': the axis must not be zero")
+            raise InputError("the axis is zero", key=_of_joint(self.name), allowed="a direction")
         return self
 
 
@@ -183,24 +191,33 @@ class RobotFile(Document):
     def _consistent(self) -> RobotFile:
         names = [joint.name for joint in self.joints]
         if len(set(names)) != len(names):
-            raise ValueError("joint names must be unique")
+            raise InputError("two joints have the same name", key="joints", allowed="unique names")
+        known = ", ".join(self.links)
         for joint in self.joints:
             for link in (joint.parent, joint.child):
                 if link not in self.links:
-                    raise ValueError(f"joint '{joint.name}' names the unknown link '{link}'")
+                    raise InputError(f"the link '{link}' is unknown", key=_of_joint(joint.name), allowed=known)
         moving = [joint.name for joint in self.moving_joints]
         if not moving:
-            raise ValueError("the robot has no moving joint")
+            raise InputError("the robot has no moving joint", key="joints", allowed="at least one")
         if set(self.drives.joints) != set(moving):
-            raise ValueError(f"drives.joints must name exactly the moving joints: {', '.join(moving)}")
+            named = ", ".join(self.drives.joints) or "none"
+            raise InputError(
+                f"these are not the moving joints: {named}", key="drives.joints", allowed=f"exactly {', '.join(moving)}"
+            )
         if len(self.home_rad) != len(moving):
-            raise ValueError(f"home_rad must have {len(moving)} values, one a moving joint")
+            problem = f"{len(self.home_rad)} values are given"
+            raise InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one a moving joint")
         self._check_link_names()
         self._check_chain()
         for joint, value in zip(self.moving_joints, self.home_rad, strict=True):
             # Rounding of degrees to radians must not push a joint over its limit.
             if not joint.lower_rad - 1e-9 <= value <= joint.upper_rad + 1e-9:  # type: ignore[operator]
-                raise ValueError(f"home_rad puts '{joint.name}' at {value:g} rad, beyond its limits")
+                raise InputError(
+                    f"'{joint.name}' is at {value:g} rad, beyond its limits",
+                    key="home_rad",
+                    allowed=f"{joint.lower_rad:g} to {joint.upper_rad:g} rad",
+                )
         return self
 
     def _check_link_names(self) -> None:
@@ -213,13 +230,13 @@ class RobotFile(Document):
         for key, links in named.items():
             for link in links:
                 if link not in self.links:
-                    raise ValueError(f"{key} names the unknown link '{link}'; allowed: {', '.join(self.links)}")
+                    raise InputError(f"the link '{link}' is unknown", key=key, allowed=", ".join(self.links))
 
     def _check_chain(self) -> None:
         """Moving joints must form one chain: a serial arm, each link with one moving child at most."""
         parents = {joint.child: joint for joint in self.joints}
         if len(parents) != len(self.joints):
-            raise ValueError("a link has two parents: only serial arms are supported")
+            raise InputError("a link has two parents", key="joints", allowed="a serial arm")
         reached = self.root_link
         for joint in self.moving_joints:
             ancestor: str | None = joint.parent
@@ -229,8 +246,28 @@ class RobotFile(Document):
                     break
                 ancestor = step.parent
             if ancestor != reached:
-                raise ValueError(
-                    f"joint '{joint.name}' does not follow link '{reached}': "
-                    "only serial arms, joints in order from the base"
+                raise InputError(
+                    f"the joint does not follow the link '{reached}'",
+                    key=_of_joint(joint.name),
+                    allowed="a serial arm, joints in order from the base",
                 )
             reached = joint.child
+
+    def check_payload(self, mass_kg: float, *, file: str | Path | None = None, key: str | None = None) -> None:
+        """Check that the arm is rated for a payload.
+
+        Args:
+            mass_kg: Mass of the payload. [kg]
+            file: File that names it, for the message.
+            key: Where it stands in there.
+
+        Raises:
+            InputError: The payload is heavier than the rated one.
+        """
+        if mass_kg > self.rated_payload_kg:
+            raise InputError(
+                f"a payload of {mass_kg:g} kg is more than {self.name} is rated for",
+                file=file,
+                key=key,
+                allowed=f"0 to {self.rated_payload_kg:g} kg",
+            )

@@ -75,13 +75,19 @@ class Robot:
     Args:
         file: Validated robot file.
         payload: What it carries; nothing if not given.
+        source: How messages name the file; by the robot's name if not given.
+
+    Raises:
+        InputError: A moving body without usable inertia, or a payload above the rated one.
     """
 
-    def __init__(self, file: RobotFile, payload: Payload | None = None) -> None:
+    def __init__(self, file: RobotFile, payload: Payload | None = None, source: str | None = None) -> None:
         self.file = file
+        self.source = source if source is not None else file.name
         self.name = file.name
         self.vendor = file.vendor
         self.payload = payload if payload is not None else Payload(0.0)
+        file.check_payload(self.payload.mass_kg)
         joints = file.moving_joints
         self.joint_names: tuple[str, ...] = tuple(joint.name for joint in joints)
         self.joint_count = len(joints)
@@ -105,7 +111,7 @@ class Robot:
                 raise InputError(
                     f"joint '{pending[0].name}' hangs on link '{pending[0].parent}', "
                     f"which does not hang on the root link '{file.root_link}'",
-                    file=file.name,
+                    file=self.source,
                     key="joints",
                 )
             pending.remove(joint)
@@ -119,12 +125,12 @@ class Robot:
             link = file.links[joint.child]
             if link is not None and link.mass_kg > 0:
                 owner, at = anchors[joint.child]
-                model.appendBodyToJoint(owner, _link_inertia(link, joint.child, file.name), at)
+                model.appendBodyToJoint(owner, _link_inertia(link, joint.child, self.source), at)
         if file.tool.parent not in anchors:
             raise InputError(
-                f"the tool's parent '{file.tool.parent}' hangs on no joint", file=file.name, key="tool.parent"
+                f"the tool's parent '{file.tool.parent}' hangs on no joint", file=self.source, key="tool.parent"
             )
-        check_moving_bodies(file, anchors, model)
+        check_moving_bodies(file, anchors, model, self.source)
         owner, at = anchors[file.tool.parent]
         tool = at * _placement(file.tool.origin_xyz_m, file.tool.origin_rpy_rad)
         self.tool_joint, self.tool_in_joint = owner, tool

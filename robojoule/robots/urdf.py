@@ -101,7 +101,14 @@ def load_urdf(path: str | Path, drives: str | Path | None = None) -> RobotFile:
         "links": links,
         "joints": _from_the_base(joints, root_link),
     }
-    return parse(RobotFile, data, path)
+    return parse(RobotFile, data, urdf_source(path, companion))
+
+
+def urdf_source(path: str | Path, drives: str | Path | None = None) -> str:
+    """How messages name a URDF with its drive file: a figure may stand in either."""
+    path = Path(path)
+    companion = _drive_file_beside(path) if drives is None else Path(drives)
+    return f"{path} with {companion if companion.parent != path.parent else companion.name}"
 
 
 def write_urdf(file: RobotFile, path: str | Path) -> None:

@@ -24,6 +24,12 @@ def test_profile_prints_one_json_object(capsys):
     assert result["optimal_duration_s"] in result["duration_s"]
 
 
+def test_small_arms_carry_their_rated_payload_unless_told(capsys):
+    motion = ["--from", "0,-90,90,0,0,0", "--to", "30,-80,90,0,0,0", "--points", "2", "--json"]
+    assert main(["profile", "--robot", "ur_ur3e", *motion]) == 0
+    assert json.loads(capsys.readouterr().out)["payload_kg"] == 3.0
+
+
 def test_profile_draws_where_the_energy_goes(tmp_path, capsys):
     plot = tmp_path / "profile.svg"
     assert main(["profile", *MOVE, "--json", "--plot", str(plot)]) == 0
@@ -52,6 +58,10 @@ BAD = {
     "beyond": ([*MOVE[:3], "0,90,0,0,0,0", *MOVE[4:]], "--from: joint_2 = 1.5708 rad"),
     "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is no list of joint positions"),
     "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
+    "payload above the rated one": (
+        [*MOVE, "--payload", "20"],
+        "a payload of 20 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
+    ),
     "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
     "plot": ([*MOVE, "--plot", "x.gif"], "--plot: 'x.gif' is no image file; allowed: .svg"),
     "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
@@ -106,11 +116,21 @@ def test_optimize_writes_a_program_that_keeps_the_cycle_time(program, tmp_path, 
     assert result["cycle_time_s"] == pytest.approx(1.2 * result["least_cycle_time_s"], abs=1e-6)
     assert result["energy_j"] < result["energy_unoptimized_j"]
     assert result["saving_percent"] > 5
-    assert -0.01 <= result["gap_to_optimum_percent"] <= 0.01
+    assert 0.0 <= result["gap_to_optimum_percent"] <= 0.01
+    assert result["bound_j"] <= result["energy_j"]
     moves = load_tree(out).moves()
     assert [move.speed_limit_percent for move in moves] == [move["speed_limit_percent"] for move in result["moves"]]
     assert main(["optimize", *arguments[:-3]]) == 0
     assert "% less" in capsys.readouterr().out
+
+
+def test_the_fastest_cycle_is_no_better_than_its_bound(program, capsys):
+    """Rounding must not put the bound above the energy of the only plan there is."""
+    assert main(["optimize", str(program), "--robot", "kuka_kr16_r2010_2", "--cycle-time", "+0%", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["bound_j"] <= result["energy_j"]
+    assert result["gap_to_optimum_percent"] >= 0.0
+    assert result["energy_j"] == pytest.approx(result["energy_unoptimized_j"], rel=1e-6)
 
 
 BAD_CYCLES = {

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from robojoule.cli import main
 from robojoule.documents import parse, write_document
 from robojoule.errors import InputError
 from robojoule.robots import load_robot, load_robot_file
@@ -52,7 +53,10 @@ FAULTS = {
     "unknown-lumped-link": (set_key("lumped_links", value={"hand": "rod_1"}), ("lumped_links", "'hand'")),
     "drive-missing": (drop_key("drives", "joints", "joint_2"), ("drives.joints", "joint_1, joint_2")),
     "home-count": (set_key("home_rad", value=[0.0]), ("home_rad", "2 values")),
-    "home-beyond-limit": (set_key("home_rad", value=[0.0, 3.0]), ("home_rad", "'joint_2'", "beyond its limits")),
+    "home-beyond-limit": (
+        set_key("home_rad", value=[0.0, 3.0]),
+        ("arm.yaml, home_rad: 'joint_2' is at 3 rad, beyond its limits; allowed: -2.5 to 2.5 rad",),
+    ),
     "not-serial": (set_key("joints", 1, "parent", value="base"), ("'joint_2'", "serial")),
     "unknown-key": (set_key("joints", 0, "damping", value=1.0), ("damping", "unknown key")),
     "nan": (set_key("joints", 0, "upper_rad", value=math.nan), ("upper_rad",)),
@@ -76,6 +80,42 @@ def test_bad_robot_file_gives_one_clear_sentence(tmp_path, case):
     assert "\n" not in message
     for word in words:
         assert word in message, message
+
+
+NO_INERTIA = {"ixx": 0.0, "ixy": 0.0, "ixz": 0.0, "iyy": 0.0, "iyz": 0.0, "izz": 0.0}
+BODY_FAULTS = {
+    "no-inertia": (set_key("links", "rod_2", value=None), "links.rod_2: joint 'joint_2' moves the link 'rod_2', which"),
+    "massless": (
+        set_key("links", "rod_2", value={"mass_kg": 0.0, "com_m": [0, 0, 0], "inertia_kg_m2": NO_INERTIA}),
+        "links.rod_2: joint 'joint_2' moves the link 'rod_2', which has no mass (0 kg)",
+    ),
+    "not-positive-definite": (
+        set_key("links", "rod_1", "inertia_kg_m2", value=NO_INERTIA | {"izz": 1.0}),
+        "links.rod_1: joint 'joint_1' moves the link 'rod_1', whose inertia is not positive definite",
+    ),
+    "lumped-outwards": (
+        set_key("lumped_links", value={"rod_1": "rod_2"}),
+        "lumped_links.rod_1: 'rod_1' cannot be lumped into 'rod_2'",
+    ),
+}
+
+
+@pytest.mark.parametrize("change, message", BODY_FAULTS.values(), ids=BODY_FAULTS)
+def test_unusable_bodies_are_told_with_file_and_key_on_the_command_line(tmp_path, capsys, change, message):
+    path = tmp_path / "arm.json"
+    write_document(path, broken(change))
+    assert main(["profile", "--robot", str(path), "--from", "0,0", "--to", "9,9"]) == 2
+    shown = capsys.readouterr().err
+    assert shown.startswith(f"robojoule profile: {path}, {message}")
+    assert shown.count("\n") == 1
+
+
+def test_no_robot_carries_more_than_it_is_rated_for():
+    assert Robot(arm_file(), Payload(1.0)).payload.mass_kg == 1.0
+    with pytest.raises(
+        InputError, match=r"^a payload of 1\.01 kg is more than arm_2 is rated for; allowed: 0 to 1 kg$"
+    ):
+        Robot(arm_file(), Payload(1.01))
 
 
 def test_sizes_of_an_arm():

@@ -166,7 +166,8 @@ FAULTS = {
     ),
     "drive-file-lacks-tool": (None, drives_without("tool"), ("two.drives.yaml", "tool", "missing")),
     "drive-file-unknown-key": (None, DRIVES | {"colour": 1}, ("two.drives.yaml", "colour", "unknown key")),
-    "home-too-long": (None, DRIVES | {"home_rad": [0, 0, 0]}, ("home_rad", "2 values")),
+    "home-too-long": (None, DRIVES | {"home_rad": [0, 0, 0]}, ("two.urdf with two.drives.yaml, home_rad:", "2 values")),
+    "home-beyond-limit": (None, DRIVES | {"home_rad": [2.1, 0]}, ("home_rad: 'shoulder' is at 2.1", "-2 to 2 rad")),
 }
 
 
@@ -191,8 +192,10 @@ def test_missing_inertia_of_a_urdf(two):
     text = TWO_JOINTS[:start] + '<link name="fore"/>' + TWO_JOINTS[end:]
     hand = text[text.index('<link name="hand">') : text.index("</robot>")]
     two.write_text(text.replace(hand, '<link name="hand"/>'))
-    with pytest.raises(InputError, match="'elbow' moves the links 'fore', 'hand', none of which has inertial figures"):
+    with pytest.raises(InputError) as caught:
         load_robot(two)
+    problem = "joint 'elbow' moves the links 'fore', 'hand', none of which has inertial figures"
+    assert str(caught.value).startswith(f"{two} with two.drives.yaml, links.fore: {problem}")
 
 
 def test_no_drive_file(tmp_path):
