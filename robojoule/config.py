@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document, load
+from robojoule.errors import InputError
+from robojoule.robots import load_robot_file, robot_names
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Percent = Annotated[float, Field(gt=0, le=100)]
@@ -17,8 +19,8 @@ Percent = Annotated[float, Field(gt=0, le=100)]
 class RobotParams(Document):
     """Which robot carries what."""
 
-    name: str = Field(min_length=1, description="Catalog name, or path of a robot file or URDF.")
-    payload_kg: float = Field(ge=0, le=2000, description="Payload mass. [kg]")
+    name: str = Field(min_length=1, description="Catalog name; a file elsewhere would be no dependency of a stage.")
+    payload_kg: float = Field(ge=0, description="Payload mass, up to the rated payload. [kg]")
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
 
 
@@ -96,7 +98,7 @@ class EvaluatePlansParams(Document):
     krc_segments: list[Annotated[int, Field(ge=1, le=100)]] = Field(min_length=1)
     three_segment: ThreeSegmentParams
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
-    payload_sensitivity_kg: list[Annotated[float, Field(ge=0, le=2000)]]
+    payload_sensitivity_kg: list[Annotated[float, Field(ge=0)]]
 
     @model_validator(mode="after")
     def _no_repetition(self) -> EvaluatePlansParams:
@@ -125,11 +127,25 @@ class Params(Document):
     evaluate_plans: EvaluatePlansParams
     draw_figures: DrawFiguresParams
 
+    @model_validator(mode="after")
+    def _robot_carries_its_payloads(self) -> Params:
+        if self.robot.name not in robot_names():
+            raise InputError(
+                f"'{self.robot.name}' is not in the catalog (a file of your own belongs into its folder first)",
+                key="robot.name",
+                allowed=", ".join(robot_names()),
+            )
+        file = load_robot_file(self.robot.name)
+        file.check_payload(self.robot.payload_kg, key="robot.payload_kg")
+        for payload in self.evaluate_plans.payload_sensitivity_kg:
+            file.check_payload(payload, key="evaluate_plans.payload_sensitivity_kg")
+        return self
+
 
 def load_params(path: str | Path = "params.yaml") -> Params:
     """Read and validate the parameter file.
 
     Raises:
-        InputError: Unknown, missing or out-of-range key; unreadable file.
+        InputError: Unknown, missing or out-of-range key; a robot that is not in the catalog; unreadable file.
     """
     return load(Params, path)

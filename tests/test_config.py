@@ -21,6 +21,21 @@ def test_the_projects_parameters_are_valid():
 BAD = {
     "unknown section": (("nonsense",), 1, "nonsense: unknown key; allowed: .*train_predictors"),
     "unknown key": (("generate_trees", "treees"), 1, "generate_trees.treees: unknown key; allowed: .*points"),
+    "robot by its path": (
+        ("robot", "name"),
+        "arms/ours.json",
+        "robot.name: 'arms/ours.json' is not in the catalog .*; allowed: .*kuka_kr16_r2010_2",
+    ),
+    "payload above the rated one": (
+        ("robot", "payload_kg"),
+        17,
+        "robot.payload_kg: a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
+    ),
+    "sensitivity above the rated payload": (
+        ("evaluate_plans", "payload_sensitivity_kg"),
+        [0, 25],
+        "evaluate_plans.payload_sensitivity_kg: a payload of 25 kg .*; allowed: 0 to 16 kg",
+    ),
     "negative payload": (("robot", "payload_kg"), -1, "robot.payload_kg: .*greater than or equal to 0"),
     "test share": (("generate_trees", "test_fraction"), 1.5, "generate_trees.test_fraction: .*less than 1"),
     "budgets swapped": (("generate_trees", "budget_rad"), [3, 1], "budget_rad must be two positive numbers"),

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("robojoule", "stages", "flows")
 EDGES = ("robojoule.cli", "robojoule.report", "robojoule.formats")
 PHYSICS = ("robots", "trajectory", "dynamics", "drive", "quadrature", "simulation", "timing")
-BASE = ("errors", "documents", "config")
+BASE = ("errors", "documents")
 # Carry or record values but make none, so no stage has to run again when they change (dvc.yaml says so too).
 PLUMBING = {"robojoule/__init__.py", "robojoule/errors.py", "robojoule/config.py"} | {
     f"stages/{name}.py" for name in ("__init__", "_cli", "_tracking", "layout")

@@ -108,6 +108,10 @@ CASES = {
         "q2_velocity_rad_s: the velocity reaches",
     ),
     "negative payload": (columns(payload_kg=np.full(N, -1.0)), "payload_kg: a payload is negative"),
+    "payload above the rated one": (
+        columns(payload_kg=np.full(N, 20.0)),
+        "payload_kg: a payload of 20 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
+    ),
     "standing": (
         columns(**{f"q{j}_rad": np.full(N, load_robot(ROBOT).home_rad[j - 1]) for j in range(1, 7)}),
         "no joint moves by more than 0.05 rad",
