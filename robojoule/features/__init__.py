@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.errors import InputError
+from robojoule.features.views import LABELS, add_view, check_complete, source_name
 
 if TYPE_CHECKING:
     import duckdb
@@ -18,19 +19,6 @@ FEATURE_TABLES = (*INPUT_TABLES, "optima", "features")
 """Tables up to the features and targets of every motion."""
 FINDING_TABLES = ("correlations", "retrace", "claims_features")
 """Tables that say what the features show (thesis 4.3)."""
-
-_COLUMNS = {
-    "motions": ["motion_id", "start_q1_rad", "end_q1_rad"]
-    + [f"{end}_{part}" for end in ("start", "end") for part in ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")],
-    "samples": [
-        "motion_id",
-        "speed_limit_percent",
-        "path_velocity_per_s",
-        "path_acceleration_per_s2",
-        "path_jerk_per_s3",
-    ],
-    "runs": ["motion_id", "speed_limit_percent", "duration_s", "energy_j", "distinct"],
-}
 
 
 def connect(
@@ -50,14 +38,16 @@ def connect(
         variables `slowest_percent` and `fastest_percent` are the least and the largest speed limit of the runs. [%]
 
     Raises:
-        InputError: A file is missing, unreadable or lacks a column; the runs have fewer than two speed limits.
+        InputError: A file is missing or unreadable; a column is missing or holds anything but finite numbers; a motion
+            lacks its runs or samples; the runs have fewer than two speed limits.
     """
     import duckdb
 
     connection = duckdb.connect(config={"threads": 1, "preserve_insertion_order": True})
     sources = {"motions": motions, "samples": samples} | ({} if runs is None else {"runs": runs})
     for name, source in sources.items():
-        _add_view(connection, name, source)
+        add_view(connection, name, source, [] if runs is None else LABELS[name])
+    check_complete(connection, sources)
     limits = "samples" if runs is None else "runs"
     connection.execute(f"SET VARIABLE slowest_percent = (SELECT min(speed_limit_percent) FROM {limits})")
     connection.execute(f"SET VARIABLE fastest_percent = (SELECT max(speed_limit_percent) FROM {limits})")
@@ -65,7 +55,7 @@ def connect(
     if not connection.execute(query).fetchall()[0][0]:
         raise InputError(
             "the runs need a slowest and a fastest speed limit",
-            file=_source_name(sources[limits]),
+            file=source_name(sources[limits]),
             allowed="two or more",
         )
     return connection
@@ -90,23 +80,3 @@ def sql(table: str) -> str:
 def fetch(connection: duckdb.DuckDBPyConnection, table: str) -> pa.Table:
     """Whole `table`, in the order in which its SQL file sorts it."""
     return connection.table(table).to_arrow_table()
-
-
-def _add_view(connection: duckdb.DuckDBPyConnection, name: str, source: str | Path | pa.Table) -> None:
-    import duckdb
-
-    try:
-        relation = (
-            connection.read_parquet(str(source)) if isinstance(source, (str, Path)) else connection.from_arrow(source)
-        )
-        relation.create_view(name)
-    except duckdb.Error as error:
-        first = " ".join(str(error).split())
-        raise InputError(f"the file cannot be read ({first})", file=_source_name(source)) from None
-    missing = [column for column in _COLUMNS[name] if column not in relation.columns]
-    if missing:
-        raise InputError(f"column '{missing[0]}' is missing", file=_source_name(source), key=name)
-
-
-def _source_name(source: str | Path | pa.Table) -> str | Path:
-    return source if isinstance(source, (str, Path)) else "table"

@@ -185,16 +185,6 @@ def test_order_of_rows_does_not_change_a_bit(data: DataSet, table: pa.Table) -> 
         assert build_table(shuffled, names, name).equals(build_table(data, names, name)), name
 
 
-def test_missing_column_is_named(data: DataSet) -> None:
-    with pytest.raises(InputError, match="column 'path_jerk_per_s3' is missing"):
-        features.connect(data.motions, data.samples.drop_columns(["path_jerk_per_s3"]), data.runs)
-
-
-def test_missing_file_is_named(data: DataSet, tmp_path) -> None:
-    with pytest.raises(InputError, match=r"motions\.parquet"):
-        features.connect(tmp_path / "motions.parquet", data.samples, data.runs)
-
-
 def test_one_speed_limit_is_refused(data: DataSet) -> None:
     runs = data.runs.filter(pa.array(data.runs["speed_limit_percent"].to_numpy() == 100))
     with pytest.raises(InputError, match="a slowest and a fastest speed limit"):
