@@ -23,7 +23,8 @@ class ProfileModel(mlflow.pyfunc.PythonModel):
         files = {suffix: Path(path) for suffix, path in context.artifacts.items()}
         self.predictor = load_profile_predictor(files["npz"].with_suffix(""))
 
-    def predict(self, context: Any, model_input: pd.DataFrame, params: dict[str, Any] | None = None) -> pd.DataFrame:
+    # No type hint on the input: MLflow would take it for a schema, which the logged signature already is.
+    def predict(self, context: Any, model_input, params: dict[str, Any] | None = None) -> pd.DataFrame:  # type: ignore
         """Predict runs.
 
         Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -69,7 +70,8 @@ def train_profile_predictor(params: Params, layout: Layout) -> ProfileTraining:
         _predictions(predictor, read_measurements(robot, layout.motions, layout.runs, split), split)
         for split in ("test", "experiment")
     ]
-    return ProfileTraining(predictor, pa.concat_tables(tables), _parameters(train), fit_s)
+    predictions = pa.concat_tables(tables).sort_by("motion_id")
+    return ProfileTraining(predictor, predictions, _parameters(train), fit_s)
 
 
 def _parameters(table: MeasuredTable) -> np.ndarray:
@@ -92,28 +94,34 @@ def _predictions(predictor: ProfilePredictor, table: MeasuredTable, split: str) 
 
 
 def record_profile_predictor(
-    params: Params, layout: Layout, training: ProfileTraining, rivals: Sequence[np.ndarray] = ()
+    recorder: _tracking.Recorder,
+    training: ProfileTraining,
+    metrics: _tracking.Metrics,
+    rivals: Sequence[np.ndarray] = (),
 ) -> bool:
     """Record the training in MLflow; register the model and make it the champion only if it passes the gate.
+
+    Args:
+        recorder: Where to record.
+        training: The predictor and its predictions.
+        metrics: target -> model -> figure; those of this model are logged.
+        rivals: Predictions of the test motions by other models, each of shape (N, 3).
 
     Returns:
         Whether it was registered.
 
     Raises:
-        RobojouleError: The registered model predicts something else than the files in `models/`.
+        RobojouleError: The registered model is another one than the files in `models/`.
     """
-    recorder = _tracking.Recorder(layout, params)
-    mlflow, name = recorder.mlflow, REGISTERED
+    mlflow = recorder.mlflow
     passed = training.passes(rivals)
-    test = training.predictions.filter(pa.compute.equal(training.predictions["split"], "test"))
-    with mlflow.start_run(run_name=MODEL, tags=recorder.tags | {"model": MODEL, "passes_gate": str(passed).lower()}):
+    files = {suffix: str(recorder.layout.models_dir / f"profile_predictor.{suffix}") for suffix in ("json", "npz")}
+    tags = recorder.tags | {"model": MODEL, "passes_gate": str(passed).lower()}
+    with mlflow.start_run(run_name=MODEL, tags=tags), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # advice on type hints and examples; the signature is given
         mlflow.log_params({"model": MODEL, "training_trees": TRAINING_TREES, "runs_per_motion": RUNS_PER_MOTION})
-        errors = {
-            f"{target}.abs_mean": float(np.abs(test[target].to_numpy() - test[f"{target}_measured"].to_numpy()).mean())
-            for target in TARGETS
-        }
-        mlflow.log_metrics(errors | {"fit_s": training.fit_s, "interval": training.predictor.interval})
-        files = {suffix: str(layout.models_dir / f"profile_predictor.{suffix}") for suffix in ("json", "npz")}
+        fitted = {"fit_s": training.fit_s, "interval": training.predictor.interval}
+        mlflow.log_metrics(_tracking.figures_of(MODEL, metrics) | fitted)
         if not passed:
             for file in files.values():
                 mlflow.log_artifact(file, "rejected")
@@ -122,12 +130,27 @@ def record_profile_predictor(
             name=MODEL,
             python_model=str(MODEL_CODE),
             artifacts=files,
+            signature=_signature(len(training.predictor.nominal["gear_ratio"])),
             pip_requirements=[f"{package}=={version(package)}" for package in ("numpy", "pandas", "pin", "ruckig")],
-            registered_model_name=name,
+            registered_model_name=REGISTERED,
         )
         number = str(logged.registered_model_version)
-        again = mlflow.pyfunc.load_model(f"models:/{name}/{number}").unwrap_python_model().predictor
+        again = mlflow.pyfunc.load_model(f"models:/{REGISTERED}/{number}").unwrap_python_model().predictor
         if not np.array_equal(again.calibration.x, training.predictor.calibration.x):
-            raise RobojouleError(f"models:/{name}/{number} is another model than the one that was judged")
-        mlflow.MlflowClient().set_registered_model_alias(name, "champion", number)
+            raise RobojouleError(f"models:/{REGISTERED}/{number} is another model than the one that was judged")
+        mlflow.MlflowClient().set_registered_model_alias(REGISTERED, "champion", number)
     return True
+
+
+def _signature(joints: int) -> object:
+    """Columns that the registered model takes and gives, all of them numbers."""
+    from mlflow.models import ModelSignature
+    from mlflow.types import ColSpec, Schema
+
+    ends = [f"{end}_q{joint + 1}_rad" for end in ("start", "end") for joint in range(joints)]
+    taken = ["payload_kg", "speed_limit_percent", *ends]
+    inputs, outputs = (
+        Schema([ColSpec("double", name) for name in names])
+        for names in (taken, ["duration_s", "energy_j", "lower_j", "upper_j"])
+    )
+    return ModelSignature(inputs, outputs)

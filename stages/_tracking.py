@@ -32,6 +32,9 @@ CHECKED_ROWS = 200
 # Types beyond numpy's and scikit-learn's public ones that the two models hold; anything else is refused on loading.
 TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
 
+Metrics = dict[str, dict[str, dict[str, float]]]
+"""target (or "suitability") -> model -> figure."""
+
 
 @dataclass(frozen=True)
 class RecordedRun:
@@ -114,6 +117,7 @@ def _store_path(layout: Layout) -> Path:
 def _mlflow() -> Any:
     """MLflow, imported only where something is recorded or looked up, because that takes some 10 s."""
     os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
+    os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
     os.environ.setdefault("MLFLOW_UV_AUTO_DETECT", "false")  # a model needs the few packages named with it
     import mlflow
 
@@ -169,7 +173,7 @@ class Recorder:
         estimator: Any,
         features: pa.Table,
         predictions: pa.Table,
-        metrics: dict[str, dict[str, dict[str, float]]],
+        metrics: Metrics,
         fit_s: float,
     ) -> None:
         """Record one training; register its model, read it back and compare it on held-out motions.
@@ -197,12 +201,7 @@ class Recorder:
                 | {"training_motions": int((splits == "train").sum()), "test_motions": len(test)}
                 | settings
             )
-            figures = {
-                f"{group}.{name}": value
-                for group, by_model in metrics.items()
-                for name, value in by_model.get(model, {}).items()
-            }
-            self.mlflow.log_metrics(figures | {"fit_s": fit_s})
+            self.mlflow.log_metrics(figures_of(model, metrics) | {"fit_s": fit_s})
             for table in ("table_5_1", "suitability"):
                 self.mlflow.log_artifact(str(self.layout.tables_dir / f"{table}.csv"), "tables")
             for name, figure in _figures(self.layout, model, predictions, features):
@@ -238,6 +237,15 @@ class Recorder:
         client.set_model_version_tag(name, number, "beats_baseline", str(better).lower())
         if better:
             client.set_registered_model_alias(name, "champion", number)
+
+
+def figures_of(model: str, metrics: Metrics) -> dict[str, float]:
+    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`."""
+    return {
+        f"{group}.{name}": value
+        for group, by_model in metrics.items()
+        for name, value in by_model.get(model, {}).items()
+    }
 
 
 class _Profiles:

@@ -1,4 +1,4 @@
-"""Random forest and neural network that predict a profile's saving, optimal duration and penalty."""
+"""Predictors of energy profiles: the thesis's random forest and neural network, and the one of whole profiles."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import io
 import json
 import math
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +18,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from robojoule import predictor
-from robojoule.config import Params
+from robojoule.config import Params, TrainPredictorsParams
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
 from robojoule.predictor import MODELS, TARGETS, claims, evaluation
 from stages import _tracking
 from stages._cli import run
+from stages._profile_predictor import MODEL, ProfileTraining, record_profile_predictor, train_profile_predictor
 from stages.layout import Layout
 
 Rows = list[dict[str, object]]
-Metrics = dict[str, dict[str, dict[str, float]]]
 
 
 @dataclass(frozen=True)
@@ -46,22 +48,28 @@ class Training:
 def train_predictors(params: Params, layout: Layout) -> None:
     """Train on the training trees, predict the test and experiment motions, and record each training in MLflow."""
     features = _read_features(layout)
-    trainings, predictions = fit_models(params, layout, features)
+    trainings, profiles, predictions = fit_models(params, layout, features)
     metrics = write_tables(layout, features, predictions)
     record = _tracking.Recorder(layout, params)
     for training in trainings:
         print(f"train_predictors: {training.model}, recorded in MLflow", flush=True)
         record.training(training.model, training.estimator, features, predictions, metrics, training.fit_s)
+    test = predictions.filter(pa.compute.equal(predictions["split"], "test"))
+    rivals = [predictor.columns(test.filter(pa.compute.equal(test["model"], model)), TARGETS) for model in MODELS]
+    released = record_profile_predictor(record, profiles, metrics, rivals)
+    print(f"train_predictors: {MODEL}, {'registered' if released else 'refused by its gate'}", flush=True)
 
 
-def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list[Training], pa.Table]:
+def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list[Training], ProfileTraining, pa.Table]:
     """Fit every model on the training motions, export it, and predict all other motions.
 
+    The networks are fitted in a process of their own: they and the forest take one processor each.
+
     Returns:
-        The fitted models, and the predictions as written.
+        The fitted models of three parameters, the predictor of profiles, and the predictions as written.
 
     Raises:
-        InputError: The features cannot be trained on.
+        InputError: The features, motions or runs cannot be trained on.
     """
     splits = np.array(features["split"].to_pylist())
     inputs = predictor.columns(features, names := _input_names(features), layout.features)
@@ -70,24 +78,33 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
     if not training.any() or not (splits == "test").any():
         raise InputError("there are no training or no test motions", file=layout.features, key="split")
     frame = features.filter(pa.array(training)).select(names).to_pandas()
+    print(f"train_predictors: {', '.join((*MODELS, MODEL))}; {len(frame)} motions", flush=True)
+    # Spawned, not forked: a copy of a process with threads may hang.
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        network = pool.submit(_fit, "neural_network", params.train_predictors, frame, targets[training])
+        forest = _fit("random_forest", params.train_predictors, frame, targets[training])
+        profiles = train_profile_predictor(params, layout)
+        trainings = [forest, network.result()]
 
-    trainings, tables = [], []
-    for model in MODELS:
-        print(f"train_predictors: {model}, {len(frame)} motions", flush=True)
-        start = time.perf_counter()
-        estimator = predictor.make_estimator(model, params.train_predictors)
-        predictor.fit(estimator, frame, targets[training])
-        trainings.append(Training(model, estimator, time.perf_counter() - start))
-        portable = predictor.portable(estimator, model, names, TARGETS)
-        predictor.export(portable, layout.models_dir / model)
-        tables.append(_predictions(features.filter(pa.array(held_out)), model, portable.predict(inputs[held_out])))
+    tables = []
+    for one in trainings:
+        portable = predictor.portable(one.estimator, one.model, names, TARGETS)
+        predictor.export(portable, layout.models_dir / one.model)
+        tables.append(_predictions(features.filter(pa.array(held_out)), one.model, portable.predict(inputs[held_out])))
+    tables.append(_with_outliers(profiles.predictions).cast(tables[0].schema))
     predictions = pa.concat_tables(tables)
     with atomic_path(layout.predictions) as path:
         pq.write_table(predictions, path, compression="zstd")
-    return trainings, predictions
+    return trainings, profiles, predictions
 
 
-def write_tables(layout: Layout, features: pa.Table, predictions: pa.Table) -> Metrics:
+def _fit(model: str, params: TrainPredictorsParams, frame: Any, targets: np.ndarray) -> Training:
+    start = time.perf_counter()
+    estimator = predictor.fit(predictor.make_estimator(model, params), frame, targets)
+    return Training(model, estimator, time.perf_counter() - start)
+
+
+def write_tables(layout: Layout, features: pa.Table, predictions: pa.Table) -> _tracking.Metrics:
     """Write Table 5.1, the order of suitability, the claims and the metrics; return the metrics."""
     errors, order, metrics = _evaluate(predictions, features)
     _write_csv(layout.tables_dir / "table_5_1.csv", errors)
@@ -120,26 +137,27 @@ def _predictions(features: pa.Table, model: str, raw: np.ndarray) -> pa.Table:
         table = table.append_column(target, pa.array(values[:, place]))
     for target in TARGETS:
         table = table.append_column(f"{target}_measured", features[target])
-    return table.append_column("saving_outlier", pa.array(_outliers(features, values[:, 0])))
+    return _with_outliers(table)
 
 
-def _outliers(features: pa.Table, saving: np.ndarray) -> np.ndarray:
-    """-1 underpredicted, 1 overpredicted, 0 neither; fences drawn for each split on its own."""
-    measured, splits = features["energy_saving_j"].to_numpy(), np.array(features["split"].to_pylist())
+def _with_outliers(predictions: pa.Table) -> pa.Table:
+    """Mark savings: -1 underpredicted, 1 overpredicted, 0 neither; fences drawn for each split on its own."""
+    saving, measured = (predictions[f"energy_saving_j{end}"].to_numpy() for end in ("", "_measured"))
+    splits = np.array(predictions["split"].to_pylist())
     marks = np.zeros(len(saving), dtype=np.int8)
     for split in np.unique(splits):
         rows = splits == split
         marks[rows] = evaluation.outliers(saving[rows], measured[rows])
-    return marks
+    return predictions.append_column("saving_outlier", pa.array(marks))
 
 
-def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, Metrics]:
+def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, _tracking.Metrics]:
     """Table 5.1 on the test trees, the order of suitability on test and experiment trees, and the headline figures."""
     errors: Rows = []
     order: Rows = []
-    metrics: Metrics = {target: {} for target in TARGETS} | {"suitability": {}}
+    metrics: _tracking.Metrics = {target: {} for target in TARGETS} | {"suitability": {}}
     models = np.array(predictions["model"].to_pylist())
-    for model in MODELS:
+    for model in dict.fromkeys(models.tolist()):
         ours = predictions.filter(pa.array(models == model))
         splits = np.array(ours["split"].to_pylist())
         for split in ("test", "experiment"):

@@ -23,7 +23,11 @@ TARGETS = {
     "energy_penalty_j": ("energy penalty at the lowest speed limit", "J"),
 }
 
-MODELS = {"random_forest": "random forest", "neural_network": "neural network"}
+MODELS = {
+    "random_forest": "random forest",
+    "neural_network": "neural network",
+    "robojoule_predicted": "physics-informed",
+}
 
 # In the order in which they are stacked: what stays whatever the speed is at the bottom.
 ENERGY_PARTS = {

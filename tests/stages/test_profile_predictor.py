@@ -15,7 +15,7 @@ from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
 from stages._profile_predictor import REGISTERED, record_profile_predictor, train_profile_predictor
-from stages._tracking import store_uri
+from stages._tracking import Recorder, store_uri
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
 
@@ -73,10 +73,11 @@ def test_only_a_model_that_passes_the_gate_is_registered(layout, training):
     )
     assert training.passes()
     assert not training.passes([perfect])
-    assert not record_profile_predictor(SMALL, layout, training, [perfect])
+    recorder = Recorder(layout, SMALL)
+    assert not record_profile_predictor(recorder, training, {}, [perfect])
     client = mlflow.MlflowClient(store_uri(layout))
     assert client.search_registered_models() == []
-    assert record_profile_predictor(SMALL, layout, training)
+    assert record_profile_predictor(recorder, training, {})
     version = client.get_model_version_by_alias(REGISTERED, "champion")
     model = mlflow.pyfunc.load_model(f"models:/{REGISTERED}/{version.version}")
     table = pq.read_table(layout.motions).slice(0, 3).to_pandas().assign(speed_limit_percent=50.0)

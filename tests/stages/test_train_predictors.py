@@ -1,4 +1,4 @@
-"""The stage on a synthetic data set, with a real MLflow store."""
+"""The stage on a few simulated trees, with a real MLflow store."""
 
 from __future__ import annotations
 
@@ -18,16 +18,21 @@ from robojoule.config import Params, load_params
 from robojoule.errors import InputError
 from stages import _tracking
 from stages.build_features import build_features
+from stages.generate_trees import generate_trees
 from stages.layout import Layout
+from stages.simulate_motions import simulate_motions
 from stages.train_predictors import fit_models, train_predictors, write_tables
-from tests.features.synthetic import make
 
 ROOT = Path(__file__).parents[2]
+PROFILES = "robojoule_predicted"
+EVERY_MODEL = (*predictor.MODELS, PROFILES)
 OUTPUTS = (
     "models/random_forest.npz",
     "models/random_forest.json",
     "models/neural_network.npz",
     "models/neural_network.json",
+    "models/profile_predictor.npz",
+    "models/profile_predictor.json",
     "data/predictions.parquet",
     "reports/tables/table_5_1.csv",
     "reports/tables/suitability.csv",
@@ -41,12 +46,15 @@ def params() -> Params:
     training = base.train_predictors
     return base.model_copy(
         update={
+            "generate_trees": base.generate_trees.model_copy(
+                update={"trees": 76, "experiment_trees": 4, "points": 3, "test_fraction": 0.3}
+            ),
             "train_predictors": training.model_copy(
                 update={
                     "random_forest": training.random_forest.model_copy(update={"n_estimators": 20}),
                     "neural_network": training.neural_network.model_copy(update={"networks": 2, "max_epochs": 60}),
                 }
-            )
+            ),
         }
     )
 
@@ -54,7 +62,8 @@ def params() -> Params:
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     layout = Layout(tmp_path_factory.mktemp("project"))
-    make(trees=80, motions_per_tree=6, experiment=4).write(layout.data_dir)
+    generate_trees(params(), layout)
+    simulate_motions(params(), layout)
     build_features(params(), layout)
     train_predictors(params(), layout)
     return layout
@@ -76,7 +85,7 @@ def test_predicts_held_out_motions_only(trained: Layout) -> None:
     expected = ["motion_id", "tree_id", "split", "model", *predictor.TARGETS]
     assert rows.column_names == [*expected, *(f"{name}_measured" for name in predictor.TARGETS), "saving_outlier"]
     held_out = features["motion_id"].to_numpy()[splits != "train"].tolist()
-    for model in predictor.MODELS:
+    for model in EVERY_MODEL:
         assert rows.filter(pa.compute.field("model") == model)["motion_id"].to_pylist() == held_out
     train_trees = set(features.filter(pa.array(splits == "train"))["tree_id"].to_pylist())
     assert not train_trees & set(rows["tree_id"].to_pylist())
@@ -94,35 +103,56 @@ def test_predictions_are_those_of_the_exported_models(trained: Layout) -> None:
         assert (stored == predictor.bounded(raw, *bounds)).all()
 
 
-def refit(layout: Layout, features: pa.Table) -> None:
-    """Everything of the stage but the record."""
-    _, predictions = fit_models(params(), layout, features)
+def refit(trained: Layout, root: Path, features: pa.Table, runs: pa.Table) -> None:
+    """Everything of the stage but the record, in another folder."""
+    layout = Layout(root)
+    layout.data_dir.mkdir()
+    os.link(trained.motions, layout.motions)
+    pq.write_table(runs, layout.runs)
+    *_, predictions = fit_models(params(), layout, features)
     write_tables(layout, features, predictions)
 
 
 def test_experiment_and_test_targets_do_not_reach_the_models(trained: Layout, tmp_path: Path) -> None:
-    """The same features with other energies on every held-out motion give the same models."""
+    """The same motions with other energies on every held-out motion give the same models."""
     features, splits = split_of(trained)
     for name in predictor.TARGETS:
         values = features[name].to_numpy().copy()
         values[splits != "train"] *= 3
         features = features.set_column(features.column_names.index(name), name, pa.array(values))
-    refit(Layout(tmp_path), features)
-    for name in OUTPUTS[:4]:
+    runs = pq.read_table(trained.runs)
+    held_out = np.isin(runs["motion_id"].to_numpy(), features["motion_id"].to_numpy()[splits != "train"])
+    energies = np.where(held_out, 3.0, 1.0) * runs["energy_j"].to_numpy()
+    runs = runs.set_column(runs.column_names.index("energy_j"), "energy_j", pa.array(energies))
+    refit(trained, tmp_path, features, runs)
+    for name in OUTPUTS[:6]:
         assert (tmp_path / name).read_bytes() == (trained.root / name).read_bytes()
-    assert (tmp_path / OUTPUTS[5]).read_bytes() != (trained.root / OUTPUTS[5]).read_bytes()
+    assert (tmp_path / OUTPUTS[7]).read_bytes() != (trained.root / OUTPUTS[7]).read_bytes()
 
 
 def test_same_data_same_bytes(trained: Layout, tmp_path: Path) -> None:
-    refit(Layout(tmp_path), split_of(trained)[0])
+    refit(trained, tmp_path, split_of(trained)[0], pq.read_table(trained.runs))
     for name in OUTPUTS:
         assert (tmp_path / name).read_bytes() == (trained.root / name).read_bytes(), name
+
+
+def test_the_profile_predictor_beats_the_models_of_three_numbers(trained: Layout) -> None:
+    """Its measured values are those of the features, and it knows the physics of this plant."""
+    features, _ = split_of(trained)
+    rows = pq.read_table(trained.predictions).filter(pa.compute.field("model") == PROFILES)
+    places = np.searchsorted(features["motion_id"].to_numpy(), rows["motion_id"].to_numpy())
+    for target in predictor.TARGETS:
+        np.testing.assert_allclose(rows[f"{target}_measured"], features[target].to_numpy()[places], atol=1e-9)
+    metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
+    for target in predictor.TARGETS:
+        ours = metrics[target][PROFILES]["abs_mean"]
+        assert ours < min(metrics[target][model]["abs_mean"] for model in predictor.MODELS)
 
 
 def test_table_5_1_follows_from_the_predictions(trained: Layout) -> None:
     rows = table(trained.tables_dir / "table_5_1.csv")
     assert list(rows[0])[:8] == ["target", "model", "error", "p25", "p50", "p75", "max", "mean"]
-    assert len(rows) == 12
+    assert len(rows) == 18
     predictions = pq.read_table(trained.predictions).filter(pa.compute.field("split") == "test")
     for row in rows:
         part = predictions.filter(pa.compute.field("model") == row["model"])
@@ -141,7 +171,7 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
     assert {(row["split"], row["model"], row["measure"]) for row in order} == {
         (split, model, measure)
         for split in ("test", "experiment")
-        for model in predictor.MODELS
+        for model in EVERY_MODEL
         for measure in ("spearman", "kendall")
     }
     marks = pq.read_table(trained.predictions)
@@ -156,7 +186,7 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
     assert set(metrics) == {*predictor.TARGETS, "suitability"}
     for target in predictor.TARGETS:
-        assert set(metrics[target]) == set(predictor.MODELS)
+        assert set(metrics[target]) == set(EVERY_MODEL)
         assert metrics[target]["random_forest"]["rel_p50_percent"] >= 0
 
 
@@ -179,6 +209,20 @@ def test_trainings_are_recorded(trained: Layout, monkeypatch: pytest.MonkeyPatch
         assert figures == {f"figure_5_{number}.png" for number in (1, 2, 3, 4)}
         assert trained.root.as_posix() in run.info.artifact_uri
         assert found.page == f"/#/experiments/{run.info.experiment_id}/runs/{found.run_id}"
+
+
+def test_the_profile_predictor_is_recorded_and_released(trained: Layout) -> None:
+    import mlflow
+
+    client = mlflow.MlflowClient(tracking_uri=_tracking.store_uri(trained))
+    found = _tracking.find_run(trained, PROFILES, _tracking.data_hash(trained.features))
+    assert found is not None
+    run = client.get_run(found.run_id)
+    assert run.data.tags["passes_gate"] == "true"
+    metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
+    expected = metrics["energy_penalty_j"][PROFILES]["rel_p50_percent"]
+    assert run.data.metrics["energy_penalty_j.rel_p50_percent"] == expected
+    assert client.get_model_version_by_alias("robojoule_profile_predictor", "champion").run_id == found.run_id
 
 
 def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -> None:
@@ -221,7 +265,7 @@ def test_other_data_or_parameters_find_no_run(trained: Layout, tmp_path: Path) -
 def test_a_store_that_cannot_be_written_fails_the_stage(trained: Layout, tmp_path: Path) -> None:
     other = Layout(tmp_path)
     other.data_dir.mkdir()
-    for path in (trained.features, trained.runs):
+    for path in (trained.features, trained.motions, trained.runs):
         os.link(path, other.data_dir / path.name)
     (tmp_path / "mlflow.db").write_text("this is no database", encoding="utf-8")
     with pytest.raises(Exception, match="database"):
