@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
 from robojoule import features
@@ -69,12 +68,9 @@ def test_missing_and_garbled_files_are_named(data: DataSet, tmp_path: Path, tabl
     sources = {name: tmp_path / file for name, file in FILES.items()}
     (path,) = sources[table].parent.glob(sources[table].name)
     whole = path.read_bytes()
-    for content, message in (
-        (whole[: len(whole) // 2], "the file cannot be read ("),
-        (b"", "the file cannot be read ("),
-    ):
+    for content in (whole[: len(whole) // 2], b""):
         path.write_bytes(content)
-        with pytest.raises(InputError, match=re.escape(f"{sources[table]}: {message}")):
+        with pytest.raises(InputError, match=re.escape(f"{sources[table]}: the file cannot be read (")):
             features.connect(**sources)
     path.unlink()
     with pytest.raises(InputError) as caught:
@@ -82,8 +78,7 @@ def test_missing_and_garbled_files_are_named(data: DataSet, tmp_path: Path, tabl
     assert str(caught.value) == f"{sources[table]}: the file is missing; run the stage simulate_motions first"
 
 
-def test_new_motions_need_neither_labels_nor_runs(data: DataSet, tmp_path: Path) -> None:
+def test_new_motions_need_neither_labels_nor_runs(data: DataSet) -> None:
     connection = features.connect(data.motions.drop_columns(["tree_id", "split", "order"]), data.samples)
     features.build(connection, features.INPUT_TABLES)
-    pq.write_table(features.fetch(connection, "inputs"), tmp_path / "inputs.parquet")
-    assert pq.read_table(tmp_path / "inputs.parquet").num_rows == len(data.motions)
+    assert features.fetch(connection, "inputs").num_rows == len(data.motions)
