@@ -28,6 +28,7 @@ UNITS = {
 }
 WRONG_UNIT_RATIO = 30.0  # measured over expected power beyond which the unit must be wrong
 WRONG_TORQUE_RATIO = 5.0
+IMPOSSIBLE_LOAD_RATIO = 2.5  # torque over effort limit; noise and wrong inertias stay well below
 _SIGNIFICANT_DIGITS = 6
 
 
@@ -168,9 +169,11 @@ def identify(
         window_s: Length over which power is averaged. [s]
 
     Raises:
-        InputError: The log is too short or contradicts itself, power or torques are saturated or in a wrong unit.
+        InputError: The log is too short or contradicts itself; positions jump; power, positions, velocities or torques
+            are saturated or in a wrong unit.
     """
     signals = prepare(log, robot, smoothing_s, window_s)
+    _check_load(log, signals, robot)
     space = parameter_space(robot)
     start = np.clip(space.start, space.lower, space.upper)
     _check_power(log, signals, evaluate(space, signals, start).power_w)
@@ -251,6 +254,20 @@ def _score(signals: Signals, measured: Array, modelled: Array, use: Mask) -> Sco
         energy_error_percent=100.0 * float(error.sum()) / float(energy.sum()),
         motion_energy_error_percent=100.0 * float(np.mean(np.abs(error / energy))),
     )
+
+
+def _check_load(log: MeasuredLog, signals: Signals, robot: Robot) -> None:
+    """Positions that jump, or stay at an end of the sensor's range, need torques that no drive has."""
+    ratio = np.abs(signals.load_nm) / robot.effort_nm
+    row, joint = (int(i) for i in np.unravel_index(np.argmax(ratio), ratio.shape))
+    if ratio[row, joint] > IMPOSSIBLE_LOAD_RATIO:
+        raise InputError(
+            f"the motion at t = {log.time_s[row]:.4f} s needs {ratio[row, joint]:.3g} times the effort limit of "
+            f"{robot.joint_names[joint]}: a position jumps or is saturated",
+            file=log.source,
+            key=f"q{joint + 1}_rad",
+            allowed=f"up to {IMPOSSIBLE_LOAD_RATIO:g} times the limit",
+        )
 
 
 def _check_power(log: MeasuredLog, signals: Signals, expected_w: Array) -> None:

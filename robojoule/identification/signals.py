@@ -34,6 +34,7 @@ STOP_SPEED = 0.03  # of the speed limit: below it one motion ends and the next b
 LONGEST_BLOCK_S = 6.0
 HELD_OUT_EVERY = 4  # every fourth block is held out
 FEWEST_BLOCKS = 8
+LARGEST_VELOCITY_MISFIT = 0.1  # root mean square, of the velocity's own
 _CHUNK = 20_000
 _MOST_PAYLOADS = 20
 
@@ -217,6 +218,14 @@ def _check_measured_velocity(log: MeasuredLog, derived: Array) -> None:
                 file=log.source,
                 key=f"q{joint + 1}_velocity_rad_s",
                 allowed="rad/s on the link side",
+            )
+        off = float(np.sqrt(np.mean((measured[:, joint] - derived[:, joint]) ** 2) / (square / len(derived))))
+        if off > LARGEST_VELOCITY_MISFIT:
+            raise InputError(
+                f"the velocity is off the derivative of the position by {off:.0%} of its size: late or saturated",
+                file=log.source,
+                key=f"q{joint + 1}_velocity_rad_s",
+                allowed=f"up to {LARGEST_VELOCITY_MISFIT:.0%}",
             )
 
 

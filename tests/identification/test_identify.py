@@ -198,6 +198,23 @@ def test_bad_power_is_refused(reference, robot, case):
     assert str(caught.value).startswith("measured.csv, power_w: ")
 
 
+def jump(position):
+    position[3000:] += 0.1
+    return position
+
+
+def at_the_sensors_end(position):
+    return np.minimum(position, np.quantile(position, 0.8, axis=0))
+
+
+@pytest.mark.parametrize("spoil", [jump, at_the_sensors_end])
+def test_positions_that_no_drive_could_follow_are_refused(reference, robot, spoil):
+    _, log, _ = reference
+    message = r"^measured.csv, q\d_rad: the motion at t = .* a position jumps or is saturated"
+    with pytest.raises(InputError, match=message):
+        identify(replace(log, position_rad=spoil(log.position_rad.copy())), robot)
+
+
 BAD_TORQUE = {
     "motor side": (lambda t: t / 100.0, "times what the robot's inertia and the catalog's friction expect"),
     "wrong sign": (lambda t: -t, "times what the robot's inertia"),

@@ -70,6 +70,20 @@ def test_contradictions_and_bad_lengths_are_refused(robot):
     wrong = type(log)(log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=velocity)
     with pytest.raises(InputError, match=r"q1_velocity_rad_s: the velocity is 57.* times the derivative"):
         prepare(wrong, robot)
+    clipped = type(log)(
+        log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=np.clip(velocity / 57.3, -0.7, 0.7)
+    )
+    with pytest.raises(InputError, match=r"q\d_velocity_rad_s: the velocity is .* saturated|times the derivative"):
+        prepare(clipped, robot)
+    late = type(log)(
+        log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=np.roll(velocity / 57.3, 20, axis=0)
+    )
+    with pytest.raises(
+        InputError, match=r"q1_velocity_rad_s: the velocity is off .* late or saturated; allowed"
+    ):
+        prepare(late, robot)
+    fine = type(log)(log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=velocity / 57.3)
+    np.testing.assert_allclose(prepare(fine, robot).velocity_rad_s, prepare(log, robot).velocity_rad_s, atol=0.1)
     with pytest.raises(InputError, match="0 s is no length for the window"):
         prepare(log, robot, window_s=0.0)
     with pytest.raises(InputError, match=r"2\.0 s is no length for the smoothing"):
