@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -55,8 +56,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except RobojouleError as error:
         print(f"robojoule {parsed.command}: {error}", file=sys.stderr)
         return 1
-    if parsed.json:
-        print(json.dumps(result, allow_nan=False))
-    else:
-        module.show(result)
+    try:
+        if parsed.json:
+            print(json.dumps(result, allow_nan=False))
+        else:
+            module.show(result)
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter's own flush would fail
+        return 1
     return 0

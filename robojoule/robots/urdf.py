@@ -132,6 +132,8 @@ def write_urdf(file: RobotFile, path: str | Path) -> None:
 
 
 def _drive_file_beside(path: Path) -> Path:
+    if not path.exists():
+        raise InputError("there is no such file", file=path)
     candidates = [path.with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
     for candidate in candidates:
         if candidate.exists():

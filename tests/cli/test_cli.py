@@ -84,6 +84,14 @@ def test_every_command_has_help(command):
     assert "--json" in shown.stdout
 
 
+def test_a_reader_that_has_seen_enough_is_no_error():
+    """As in `robojoule robots | head -1`."""
+    command = [sys.executable, "-m", "robojoule.cli", "robots", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+
+
 def test_help_loads_nothing_heavy():
     code = (
         "import sys, robojoule.cli as c\n"

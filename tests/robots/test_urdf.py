@@ -204,7 +204,9 @@ def test_no_drive_file(tmp_path):
         load_robot(tmp_path / "two.urdf")
 
 
-def test_no_urdf(tmp_path):
-    write_document(tmp_path / "arm.drives.yaml", DRIVES)
-    with pytest.raises(InputError, match="there is no such file"):
+@pytest.mark.parametrize("with_drives", [True, False])
+def test_no_urdf(tmp_path, with_drives):
+    if with_drives:
+        write_document(tmp_path / "arm.drives.yaml", DRIVES)
+    with pytest.raises(InputError, match=r"arm\.urdf: there is no such file"):
         load_robot(tmp_path / "arm.urdf")
