@@ -40,6 +40,7 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
         runs=layout.runs,
         samples_dir=layout.samples_dir,
         predictions=layout.predictions,
+        profile_predictor=layout.models_dir / "profile_predictor",
     )
     others = [payload for payload in settings.payload_sensitivity_kg if payload != params.robot.payload_kg]
     # Spawned, not forked: a copy of a process with threads may hang. The second processor takes the other payloads.

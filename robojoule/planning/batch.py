@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robojoule.errors import InputError
 from robojoule.operations import OperationTree, check_tree
@@ -78,6 +78,17 @@ class TreeBatch:
     def saturating_speed_limits(self) -> Array:
         """Lowest speed limit that gives the fastest run, shape (M,); 1 for motions of zero length. [-]"""
         return np.maximum(self.paths.fastest_speed_limits(), self.slowest_speed_limit)
+
+    def speed_limits(self, count: int) -> Array:
+        """Equidistant speed limits of each motion from the slowest to the lowest of full speed, shape (M, S). [-]"""
+        shares = np.linspace(0.0, 1.0, count)
+        top = self.saturating_speed_limits[:, np.newaxis]
+        return np.minimum(self.slowest_speed_limit + shares * (top - self.slowest_speed_limit), 1.0)
+
+    def sub_paths(self, motions: NDArray[np.intp]) -> MotionPaths:
+        """Some of the motions as they are executed, in the order given."""
+        starts = self.paths.start_rad[motions]
+        return MotionPaths(self.robot, starts, starts + self.paths.delta_rad[motions])
 
     @cached_property
     def least_cycles_s(self) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from robojoule.config import EvaluatePlansParams
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.chain import chain_plans
 from robojoule.planning.methods import (
     WAIT_PREFERENCE_W,
     greedy,
@@ -22,9 +23,11 @@ from robojoule.planning.methods import (
 )
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.optimum import solve_optimum
+from robojoule.planning.predicted import predicted_costs
 from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solve import PlanSolver, SpeedPlan
 from robojoule.planning.writeback import CycleRun, simulate_trees, speed_limits_of_plans, write_plan
+from robojoule.predictor.physics import PredictedProfiles
 from robojoule.profile import ThreeSegmentShape
 from robojoule.profile.piecewise import Array
 
@@ -61,6 +64,7 @@ class Beliefs:
         predicted_optimal_duration_s: Shape (M,). [s]
         predicted_saving_j: Shape (M,). [J]
         predicted_penalty_j: Shape (M,). [J]
+        predicted_profiles: Whole profiles and idle power of the M motions.
     """
 
     run_speed_limits: Array
@@ -70,6 +74,7 @@ class Beliefs:
     predicted_optimal_duration_s: Array
     predicted_saving_j: Array
     predicted_penalty_j: Array
+    predicted_profiles: PredictedProfiles
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +135,13 @@ def run_experiment(
         for segments, costs in _polynomial(batch, beliefs, settings.krc_segments, spacing):
             found.append(_solved(batch, Variant("krc_polynomial", segments, spacing), costs, times))
             progress(f"krc_polynomial: {segments} chords, runs equidistant in {spacing}")
-    costs = _predicted(batch, beliefs, settings)
+    costs = _three_segment(batch, beliefs, settings)
     found.append(_solved(batch, Variant("predicted_three_segment"), costs, times, preference_w=WAIT_PREFERENCE_W))
     progress("predicted_three_segment")
+    costs = predicted_costs(batch, beliefs.predicted_profiles)
+    plans = [chain_plans(graph, c, row) for graph, c, row in zip(batch.graphs, costs, times, strict=True)]
+    found.append(_Plans(Variant("robojoule_predicted"), plans, costs=costs))
+    progress("robojoule_predicted")
     simulated = simulated_plans(batch, times)
     found.append(_Plans(Variant("robojoule_simulated"), simulated.plans, costs=simulated.costs))
     progress(f"robojoule_simulated: {simulated.runs.mean():.1f} runs a motion, at most {simulated.runs.max()}")
@@ -199,7 +208,7 @@ def _polynomial(
     ]
 
 
-def _predicted(batch: TreeBatch, beliefs: Beliefs, settings: EvaluatePlansParams) -> list[list[VertexCosts]]:
+def _three_segment(batch: TreeBatch, beliefs: Beliefs, settings: EvaluatePlansParams) -> list[list[VertexCosts]]:
     form = settings.three_segment
     shape = ThreeSegmentShape(form.left_fraction, form.right_fraction, form.offset_j)
     return [

@@ -14,6 +14,7 @@ from robojoule.errors import InputError
 from robojoule.operations import OperationTree, load_tree
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.experiment import Beliefs
+from robojoule.predictor.profile_archive import load_profile_predictor
 from robojoule.profile.piecewise import Array
 from robojoule.robots.robot import Robot
 
@@ -21,6 +22,7 @@ from robojoule.robots.robot import Robot
 # profiling run ("averaging the final few consumption measurements", thesis 5.1).
 FINAL_POWER_WINDOW_S = 0.1
 PREDICTOR = "random_forest"
+PREDICTED_SPEED_LIMITS = 41  # at which a profile is predicted
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +43,17 @@ class ExperimentData:
 
 
 def read_experiment(
-    robot: Robot, *, trees: Path, trees_dir: Path, motions: Path, runs: Path, samples_dir: Path, predictions: Path
+    robot: Robot,
+    *,
+    trees: Path,
+    trees_dir: Path,
+    motions: Path,
+    runs: Path,
+    samples_dir: Path,
+    predictions: Path,
+    profile_predictor: Path,
 ) -> ExperimentData:
-    """Read the experiment's trees, runs, samples of the slowest runs, and predictions.
+    """Read the experiment's trees, runs, samples of the slowest runs and predictions; predict profiles.
 
     Args:
         robot: Robot with its payload.
@@ -53,6 +63,7 @@ def read_experiment(
         runs: data/runs.parquet.
         samples_dir: Folder of the time series.
         predictions: data/predictions.parquet.
+        profile_predictor: models/profile_predictor.
 
     Raises:
         InputError: A file is missing, or files do not belong together.
@@ -68,6 +79,11 @@ def read_experiment(
     batch = TreeBatch(robot, loaded, slowest_speed_limit=float(speeds[0]))
     _check_same_motions(table, batch, loaded, motions)
     predicted = _predictions(predictions, ids)
+    if not profile_predictor.with_suffix(".json").exists():
+        raise InputError(
+            "the file is missing; run the stage train_predictors first", file=profile_predictor.with_suffix(".json")
+        )
+    predictor = load_profile_predictor(profile_predictor)
     beliefs = Beliefs(
         run_speed_limits=speeds,
         run_durations_s=durations,
@@ -76,6 +92,8 @@ def read_experiment(
         predicted_optimal_duration_s=predicted["optimal_duration_s"],
         predicted_saving_j=predicted["energy_saving_j"],
         predicted_penalty_j=predicted["energy_penalty_j"],
+        # The plant of the pipeline is the entry itself: its paths are the nominal ones.
+        predicted_profiles=predictor.predict(batch.paths, batch.speed_limits(PREDICTED_SPEED_LIMITS)),
     )
     points = _read(trees, "generate_trees", columns=["tree_id", "complexity"])
     complexity = dict(zip(points["tree_id"].to_pylist(), points["complexity"].to_pylist(), strict=True))

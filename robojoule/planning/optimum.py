@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.chain import chain_plans
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.model import VertexCosts
-from robojoule.planning.solve import PlanSolver, SpeedPlan
+from robojoule.planning.solve import SpeedPlan
 from robojoule.planning.writeback import stacked_durations
 from robojoule.profile import PiecewiseLinearProfile, measured_profile
 from robojoule.profile.measured import SAME_DURATION_S
 from robojoule.profile.piecewise import Array
-from robojoule.simulation import MotionPaths
 
 TARGET_GAP = 8e-5  # relative gap between plan and bound at which the refinement ends
 MAX_REFINEMENTS = 6
@@ -43,9 +43,7 @@ class DenseProfiles:
 
     def __init__(self, batch: TreeBatch, speed_limits: int) -> None:
         self.batch = batch
-        shares = np.linspace(0.0, 1.0, speed_limits)
-        top = batch.saturating_speed_limits[:, np.newaxis]
-        limits = np.minimum(batch.slowest_speed_limit + shares * (top - batch.slowest_speed_limit), 1.0)
+        limits = batch.speed_limits(speed_limits)
         runs = batch.paths.simulate(limits)
         self.profiles = [
             measured_profile(d, e, p, LEAST_SPACING_S)
@@ -70,9 +68,7 @@ class DenseProfiles:
             faster = profile.speed_limits[np.maximum(at - 1, 0)]
             limits[row] = slower[:, np.newaxis] + shares * (faster - slower)[:, np.newaxis]
         flat = limits.reshape(len(motions), -1)
-        paths = self.batch.paths
-        starts = paths.start_rad[motions]
-        runs = MotionPaths(self.batch.robot, starts, starts + paths.delta_rad[motions]).simulate(flat)
+        runs = self.batch.sub_paths(motions).simulate(flat)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, flat, strict=True):
             known = self.profiles[motion]
             self.profiles[motion] = measured_profile(
@@ -208,5 +204,5 @@ def _bounds(dense: DenseProfiles, cycle_times_s: Array, tree: int, plans: list[S
 
 
 def _solve(dense: DenseProfiles, cycle_times_s: Array, tree: int, *, below: bool = False) -> list[SpeedPlan]:
-    solver = PlanSolver(dense.batch.graphs[tree], dense.costs(tree, below=below), relative_gap=_MILP_GAP)
-    return [solver.solve(float(time)) for time in cycle_times_s[tree]]
+    costs = dense.costs(tree, below=below)
+    return chain_plans(dense.batch.graphs[tree], costs, cycle_times_s[tree], relative_gap=_MILP_GAP)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pyarrow as pa
@@ -54,8 +55,14 @@ class ExperimentResults:
 
     def of(self, variant: Variant, relaxation_percent: float) -> list[PlannedCycle]:
         """Cycles of one variant and relaxation, one a tree in order."""
-        chosen = [c for c in self.cycles if c.variant == variant and c.relaxation_percent == relaxation_percent]
-        return sorted(chosen, key=lambda cycle: cycle.tree)
+        return self._found.get((variant, relaxation_percent), [])
+
+    @cached_property
+    def _found(self) -> dict[tuple[Variant, float], list[PlannedCycle]]:
+        found: dict[tuple[Variant, float], list[PlannedCycle]] = {}
+        for cycle in sorted(self.cycles, key=lambda cycle: cycle.tree):
+            found.setdefault((cycle.variant, cycle.relaxation_percent), []).append(cycle)
+        return found
 
     def energies_j(self, variant: Variant, relaxation_percent: float) -> Array:
         """Simulated energies, shape (T,). [J]"""
@@ -81,6 +88,10 @@ class ExperimentResults:
 
     def quoted_spacing(self) -> str:
         """The spacing of the profiling runs that saves more on average over all trees, relaxations and chords."""
+        return self._quoted_spacing
+
+    @cached_property
+    def _quoted_spacing(self) -> str:
         return max(POINT_SPACINGS, key=self.spacing_saving_percent)
 
     def spacing_saving_percent(self, spacing: str) -> float:

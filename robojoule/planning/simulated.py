@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.chain import chain_plans
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.pareto import pareto_curve
-from robojoule.planning.solve import PlanSolver, SpeedPlan
+from robojoule.planning.solve import SpeedPlan
 from robojoule.profile.adaptive import AdaptiveProfiles, Sandwich
 from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
 
@@ -62,9 +63,8 @@ def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: flo
     plans, costs = [], []
     for tree in range(len(batch.trees)):
         of_tree = search.costs(tree, [pair.above for pair in search.pairs(tree)])
-        solver = PlanSolver(batch.graphs[tree], of_tree, relative_gap=_MILP_GAP)
         step = process_energy_j(batch.trees[tree])
-        found = [solver.solve(float(time)) for time in times[tree]]
+        found = chain_plans(batch.graphs[tree], of_tree, times[tree], relative_gap=_MILP_GAP)
         bounds = search.bounds_j(tree)
         # Where only one plan is possible it is its own bound.
         only = times[tree] <= batch.least_cycles_s[tree] * (1.0 + 1e-12)

@@ -15,6 +15,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.predictor.physics import Measurements
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Robot
+from robojoule.simulation import MotionPaths
 from robojoule.study.config import StudyMotionsParams
 from robojoule.study.plant import Plant, PlantPaths
 
@@ -35,6 +36,7 @@ class PlantBatch(TreeBatch):
         self.nominal_paths = self.paths
         lengths = [rows.stop - rows.start for rows in self.rows]
         self.tree_of_motion: NDArray[np.intp] = np.repeat(np.arange(len(self.rows)), lengths)
+        self.viscosity = viscosity
         self.paths = PlantPaths(plant, self.nominal_paths, self.tree_of_motion, viscosity)
 
     @cached_property
@@ -42,11 +44,11 @@ class PlantBatch(TreeBatch):
         """The plant at mean temperature: what one could know at best without a look at the hidden state."""
         return PlantPaths(self.plant, self.nominal_paths)
 
-    def speed_limits(self, count: int) -> Array:
-        """Equidistant speed limits of each motion from the slowest to the lowest of full speed, shape (M, S). [-]"""
-        shares = np.linspace(0.0, 1.0, count)
-        top = self.saturating_speed_limits[:, np.newaxis]
-        return np.minimum(self.slowest_speed_limit + shares * (top - self.slowest_speed_limit), 1.0)
+    def sub_paths(self, motions: NDArray[np.intp]) -> PlantPaths:
+        """Some of the motions as the plant executes them, each at the temperature of its tree."""
+        starts = self.nominal_paths.start_rad[motions]
+        nominal = MotionPaths(self.robot, starts, starts + self.nominal_paths.delta_rad[motions])
+        return PlantPaths(self.plant, nominal, self.tree_of_motion[motions], self.viscosity)
 
 
 def generate_trees(

@@ -9,6 +9,7 @@ import numpy as np
 
 from robojoule.drive import Array
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.chain import chain_plans
 from robojoule.planning.experiment import cycle_times
 from robojoule.planning.methods import (
     WAIT_PREFERENCE_W,
@@ -23,11 +24,9 @@ from robojoule.planning.methods import (
 from robojoule.planning.model import VertexCosts
 from robojoule.planning.solve import SpeedPlan
 from robojoule.planning.writeback import stacked_durations
-from robojoule.predictor.physics import PredictedProfiles
 from robojoule.profile import ThreeSegmentShape, measured_profile
 from robojoule.simulation import MotionPaths
 from robojoule.study.cases import PlantBatch
-from robojoule.study.chain import chain_plans
 
 Costs = list[list[VertexCosts]]
 BRACKETS = 33
@@ -51,21 +50,6 @@ class PlanEnergies:
         """Gap to the optimum, shape (T, R). [%]"""
         best = self.energy_j["optimum"]
         return np.asarray(100.0 * (self.energy_j[method] - best) / best)
-
-
-def predicted_costs(batch: TreeBatch, predicted: PredictedProfiles, *, cautious: bool = False) -> Costs:
-    """Costs of predicted profiles and idle powers, a list a tree."""
-    return [
-        [
-            VertexCosts(
-                predicted.piecewise(motion, cautious=cautious),
-                float(predicted.idle_start_w[motion]),
-                float(predicted.idle_end_w[motion]),
-            )
-            for motion in range(rows.start, rows.stop)
-        ]
-        for rows in batch.rows
-    ]
 
 
 def path_costs(batch: TreeBatch, paths: MotionPaths, speed_limits: Array) -> Costs:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robojoule.config import ForestParams
 from robojoule.drive import Array
+from robojoule.planning.predicted import predicted_costs
 from robojoule.predictor import estimators
 from robojoule.predictor.calibration import Calibration
 from robojoule.predictor.physics import (
@@ -30,7 +31,6 @@ from robojoule.study.plans import (
     evaluate_plans,
     path_costs,
     polynomial_method,
-    predicted_costs,
     three_segment_method,
 )
 from robojoule.study.plant import Plant, draw_plant

@@ -13,7 +13,11 @@ import yaml
 from robojoule.config import Params
 from robojoule.errors import InputError
 from robojoule.planning.experiment_data import FINAL_POWER_WINDOW_S, read_experiment
+from robojoule.predictor.measurements import read_measurements
+from robojoule.predictor.physics import fit_profile_predictor
+from robojoule.predictor.profile_archive import export_profile_predictor
 from robojoule.profile import measured_profile
+from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
@@ -54,6 +58,9 @@ def done(tmp_path_factory):
     generate_trees(params, layout)
     simulate_motions(params, layout)
     pq.write_table(perfect_predictions(layout), layout.predictions)
+    robot = robot_of(params.robot)
+    measured = read_measurements(robot, layout.motions, layout.runs, "train").measurements
+    export_profile_predictor(fit_profile_predictor(robot, [measured]), predictor_of(layout))
     evaluate_plans(params, layout)
     return params, layout
 
@@ -69,7 +76,7 @@ OUTPUTS = ("table_6_1", "table_6_1_thesis", "table_6_2", "table_6_3", "payload_s
 def test_every_plan_is_there_and_none_is_late(done):
     _, layout = done
     plans = pq.read_table(layout.plans)
-    assert plans.num_rows == 3 * 2 * 10 * 4
+    assert plans.num_rows == 3 * 2 * 11 * 4
     total = plans.group_by(
         [
             "tree_id",
@@ -111,13 +118,14 @@ def test_tables_hold_every_method(done):
         "gap_to_optimum_percent",
         "trees",
     ]
-    assert [(row["method"], row["krc_segments"]) for row in rows[:8]] == [
+    assert [(row["method"], row["krc_segments"]) for row in rows[:9]] == [
         ("unoptimized", ""),
         ("uniform", ""),
         ("greedy", ""),
         ("krc_polynomial", "4"),
         ("krc_polynomial", "6"),
         ("predicted_three_segment", ""),
+        ("robojoule_predicted", ""),
         ("robojoule_simulated", ""),
         ("optimum", ""),
     ]
@@ -164,6 +172,10 @@ def test_beliefs_come_from_the_right_rows(done):
     assert data.batch.d_min_s == pytest.approx(data.beliefs.run_durations_s[:, -1], rel=1e-9)
 
 
+def predictor_of(layout):
+    return layout.models_dir / "profile_predictor"
+
+
 def read(params, layout):
     return read_experiment(
         robot_of(params.robot),
@@ -173,6 +185,7 @@ def read(params, layout):
         runs=layout.runs,
         samples_dir=layout.samples_dir,
         predictions=layout.predictions,
+        profile_predictor=predictor_of(layout),
     )
 
 
@@ -200,6 +213,21 @@ def test_a_missing_file_names_the_stage_that_writes_it(done, tmp_path, missing, 
     assert not here.reports_dir.exists()
 
 
+def test_a_missing_or_foreign_predictor_is_refused(done, tmp_path):
+    params, layout = done
+    here = Layout(tmp_path)
+    here.data_dir.symlink_to(layout.data_dir)
+    with pytest.raises(
+        InputError, match=r"profile_predictor.json: the file is missing; run the stage train_predictors"
+    ):
+        evaluate_plans(params, here)
+    robot = load_robot("kuka_kr10_r1100_2")
+    export_profile_predictor(fit_profile_predictor(robot, []), predictor_of(here))
+    with pytest.raises(InputError, match="the predictor knows kuka_kr10_r1100_2, not kuka_kr16_r2010_2"):
+        evaluate_plans(params, here)
+    assert not here.reports_dir.exists()
+
+
 def test_motions_of_other_trees_are_refused(done, tmp_path):
     params, layout = done
     other = Layout(tmp_path)
@@ -213,4 +241,5 @@ def test_motions_of_other_trees_are_refused(done, tmp_path):
             runs=layout.runs,
             samples_dir=layout.samples_dir,
             predictions=layout.predictions,
+            profile_predictor=predictor_of(layout),
         )

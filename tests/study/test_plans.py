@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from robojoule.errors import CycleTimeTooShort
+from robojoule.planning.chain import chain_plans
+from robojoule.planning.optimum import DenseProfiles
 from robojoule.planning.solve import PlanSolver, plan_energy_j
 from robojoule.planning.writeback import stacked_durations
-from robojoule.study.chain import chain_plans
 from robojoule.study.plans import PlanEnergies, evaluate_plans, path_costs, planned_speed_limits, polynomial_method
 from robojoule.study.summary import bootstrap_mean, gap_rows, win_rows
 from tests.study import cases
@@ -57,6 +58,17 @@ def test_no_method_beats_the_optimum(batch):
     # At the least cycle time there is nothing to choose.
     assert np.abs(plans.gaps_percent("nominal_physics")[:, 0]).max() < 1e-6
     assert (plans.gaps_percent("nominal_physics") < plans.gaps_percent("unoptimized"))[:, 1:].all()
+
+
+def test_refined_points_are_those_of_the_plant(batch):
+    dense = DenseProfiles(batch, 9)
+    motions = np.array([1, len(batch.d_min_s) - 1])
+    dense.refine(1.3 * batch.d_min_s[motions, None], motions)
+    for motion in motions:
+        found = dense.profiles[motion]
+        assert len(found) > 9
+        runs = batch.paths.simulate(np.tile(found.speed_limits, (batch.paths.motions, 1)))
+        np.testing.assert_allclose(found.energies_j, runs.energy_j[motion], rtol=1e-9)
 
 
 def test_tables_count_trees_wins_and_confidence():
