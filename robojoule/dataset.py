@@ -98,24 +98,37 @@ def motions_of_trees(trees: pa.Table) -> MotionTable:
 
 def motions_table(motions: MotionTable, paths: MotionPaths) -> pa.Table:
     """Table of the motions: ends in joint and tool space, and idle power there."""
-    robot = paths.robot
     columns: dict[str, object] = {
         "motion_id": pa.array(motions.motion_id, pa.int32()),
         "tree_id": motions.tree_id,
         "split": motions.split,
         "order": pa.array(motions.order, pa.int32()),
-        "robot": [robot.name] * paths.motions,
-        "payload_kg": np.full(paths.motions, robot.payload.mass_kg),
+        "robot": [paths.robot.name] * paths.motions,
+        "payload_kg": np.full(paths.motions, paths.robot.payload.mass_kg),
     }
-    for end, q in (("start", motions.start_rad), ("end", motions.end_rad)):
+    return pa.table(columns | ends_columns(paths, motions.end_rad))
+
+
+def ends_columns(paths: MotionPaths, end_rad: Array) -> dict[str, Array]:
+    """Columns of the motions' ends, of shape (M, n) [rad]: in joint and tool space, and idle power there."""
+    robot = paths.robot
+    columns: dict[str, Array] = {}
+    ends = {"start": paths.start_rad, "end": end_rad}
+    for end, q in ends.items():
         columns |= {f"{end}_q{j + 1}_rad": q[:, j].copy() for j in range(robot.joint_count)}
-    for end, q in (("start", motions.start_rad), ("end", motions.end_rad)):
+    for end, q in ends.items():
         position, quaternion = robot.tool_placements(q)
         columns |= {f"{end}_{axis}_m": position[:, i].copy() for i, axis in enumerate("xyz")}
         columns |= {f"{end}_q{axis}": quaternion[:, i].copy() for i, axis in enumerate("wxyz")}
     columns["idle_power_start_w"] = paths.idle_power_start_w
     columns["idle_power_end_w"] = paths.idle_power_end_w
-    return pa.table(columns)
+    return columns
+
+
+def write_table(path: Path, table: pa.Table) -> None:
+    """Write a table as a Parquet file, atomically."""
+    with atomic_path(path) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
 
 
 def runs_table(motion_id: Index, runs: MotionRuns) -> pa.Table:

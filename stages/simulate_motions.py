@@ -15,7 +15,15 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from robojoule.config import Params, RobotParams
-from robojoule.dataset import MotionTable, motions_of_trees, motions_table, paths_table, runs_table, write_samples
+from robojoule.dataset import (
+    MotionTable,
+    motions_of_trees,
+    motions_table,
+    paths_table,
+    runs_table,
+    write_samples,
+    write_table,
+)
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
 from robojoule.reference.check import check_energy_model
@@ -44,8 +52,7 @@ def simulate_motions(params: Params, layout: Layout) -> None:
             print(f"simulate_motions: shard {number} of {len(shards)}", flush=True)
     joined = [pa.concat_tables(parts) for parts in zip(*tables, strict=True)]
     for path, table in zip((layout.motions, layout.runs, layout.paths), joined, strict=True):
-        with atomic_path(path) as temporary:
-            pq.write_table(table, temporary, compression="zstd")
+        write_table(path, table)
     metrics = energy_model_metrics(robot_of(params.robot), joined[0], joined[1])
     write_text(layout.metrics_dir / "energy_model.json", json.dumps(metrics, indent=2) + "\n")
     with atomic_path(layout.tables_dir / "energy_model.csv") as temporary:

@@ -1,0 +1,171 @@
+"""Many random motions of a robot, simulated by shards on Prefect's task runners. `python -m flows.scale --help`.
+
+The bytes do not depend on the runner or the number of its workers, and a run that was stopped goes on with the shards
+that are missing (see `robojoule.shards`). Prefect starts the tasks and keeps nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import threading
+import time
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from prefect import flow, get_run_logger, task
+from prefect.cache_policies import NO_CACHE
+from prefect.futures import as_completed
+from prefect.server.api.server import SubprocessASGIServer
+from prefect.settings import PREFECT_API_URL, temporary_settings
+from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
+from threadpoolctl import threadpool_limits
+
+from robojoule.documents import parse
+from robojoule.errors import InputError, RobojouleError
+from robojoule.shards import MotionSet, close_folder, open_folder, write_shard
+
+CLUSTERS = {"dask": ("prefect_dask", "DaskTaskRunner"), "ray": ("prefect_ray", "RayTaskRunner")}
+RUNNERS = ("processes", "threads", *CLUSTERS)
+
+
+def task_runner(name: str, workers: int = 1, address: str | None = None) -> TaskRunner[Any]:
+    """A task runner of Prefect by its name.
+
+    Args:
+        name: One of `RUNNERS`.
+        workers: Number of processes or threads here; a cluster has its own.
+        address: Address of a Dask or Ray cluster; a temporary one on this machine if not given.
+
+    Raises:
+        InputError: Unknown name, no worker, an address without a cluster, or a package that is not installed.
+    """
+    if workers < 1:
+        raise InputError(f"{workers} is not a number of workers", key="workers", allowed="1 or more")
+    if name not in RUNNERS:
+        raise InputError(f"unknown task runner '{name}'", key="runner", allowed=", ".join(RUNNERS))
+    if name in CLUSTERS:
+        package, kind = CLUSTERS[name]
+        try:
+            runner = getattr(import_module(package), kind)
+        except ImportError:
+            wanted = package.replace("_", "-")
+            raise InputError(
+                f"the task runner '{name}' needs the package {wanted}, which is not installed",
+                key="runner",
+                allowed=f"{', '.join(RUNNERS[:2])}, or any after `pip install {wanted}`",
+            ) from None
+        return runner(address=address)  # type: ignore[no-any-return]
+    if address is not None:
+        raise InputError(f"the task runner '{name}' works on this machine", key="address", allowed="dask or ray")
+    if name == "threads":
+        return ThreadPoolTaskRunner(max_workers=workers)
+    return ProcessPoolTaskRunner(max_workers=workers, initializer=_end_with, initargs=(os.getpid(),))
+
+
+def _end_with(parent: int) -> None:
+    """End this worker when the process that started it is gone, even if that was killed."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@task(cache_policy=NO_CACHE, persist_result=False)
+def simulate_shard(motion_set: MotionSet, out: Path, shard: int) -> int:
+    """Simulate one shard; returns its number."""
+    write_shard(motion_set, out, shard)
+    return shard
+
+
+@flow(persist_result=False)
+def simulate_shards(motion_set: MotionSet, out: Path, shards: list[int]) -> None:
+    """Simulate some shards on this flow's task runner."""
+    logger, started = get_run_logger(), time.monotonic()
+    futures = [simulate_shard.submit(motion_set, out, shard) for shard in shards]
+    for done, future in enumerate(as_completed(futures), start=1):
+        shard = future.result()
+        logger.info("shard %d: %d of %d after %.1f s", shard, done, len(shards), time.monotonic() - started)
+
+
+@flow(name="scale", persist_result=False)
+def scale(
+    motion_set: MotionSet, out: Path, runner: str = "processes", workers: int = 2, address: str | None = None
+) -> int:
+    """Simulate a set of random motions; shards that are there already are not made again.
+
+    Args:
+        motion_set: Which motions.
+        out: Folder of the set.
+        runner: Task runner: processes, threads, dask or ray.
+        workers: Number of processes or threads here.
+        address: Address of a Dask or Ray cluster.
+
+    Returns:
+        Number of shards that were made.
+
+    Raises:
+        InputError: Bad runner, robot or folder.
+    """
+    tasks = task_runner(runner, workers, address)
+    missing = open_folder(motion_set, out)
+    get_run_logger().info("%d of %d shards are missing", len(missing), motion_set.shards)
+    if missing:
+        with threadpool_limits(1):  # also holds while threads end one after another
+            simulate_shards.with_options(task_runner=tasks)(motion_set, out.resolve(), missing)
+    close_folder(motion_set, out)
+    return len(missing)
+
+
+def main() -> None:
+    """Make a set, or go on with one, from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m flows.scale", description=__doc__.splitlines()[0])
+    parser.add_argument("--motions", type=int, required=True, metavar="N", help="number of motions")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the set")
+    parser.add_argument("--robot", default="kuka_kr16_r2010_2", metavar="NAME", help="catalog name or robot file")
+    parser.add_argument("--payload", type=float, default=10.0, metavar="KG", help="payload mass [kg] (default: 10)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the motions (default: 1)")
+    parser.add_argument("--shard-motions", type=int, default=2500, metavar="N", help="motions a shard (default: 2500)")
+    parser.add_argument("--runner", default="processes", help=f"task runner: {', '.join(RUNNERS)} (default: processes)")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="processes or threads")
+    parser.add_argument("--address", help="address of a Dask or Ray cluster")
+    arguments = parser.parse_args()
+    try:
+        description = {
+            "robot": {
+                "name": arguments.robot,
+                "payload_kg": arguments.payload,
+                "payload_com_m": (0.0, 0.0, 0.1),
+            },
+            **{key: getattr(arguments, key) for key in ("seed", "motions", "shard_motions")},
+        }
+        motion_set = parse(MotionSet, description, "command line")
+        task_runner(arguments.runner, arguments.workers, arguments.address)
+        open_folder(motion_set, arguments.out)  # both: refused before a server is started
+        with temporary_settings({PREFECT_API_URL: api_url()}):
+            scale(motion_set, arguments.out, arguments.runner, arguments.workers, arguments.address)
+    except RobojouleError as error:
+        print(f"flows.scale: {error}", file=sys.stderr)
+        raise SystemExit(2 if isinstance(error, InputError) else 1) from None
+
+
+def api_url() -> str:
+    """Address of one Prefect server for this process and its workers: that of the settings, or of a temporary one.
+
+    Else each worker process would start a server of its own. The temporary one ends with this process.
+    """
+    url = PREFECT_API_URL.value()
+    if url:
+        return str(url)
+    server = SubprocessASGIServer()
+    server.start()
+    return server.api_url
+
+
+if __name__ == "__main__":
+    main()
