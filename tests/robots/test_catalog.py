@@ -59,6 +59,16 @@ def test_profile_has_an_inside_optimum(name):
     assert np.all(np.diff(energy[best:]) > -1e-9)
 
 
+def test_the_kr210_lies_within_the_spread_of_a_measured_cell():
+    """docs/robots.md: 23 energy functions measured on arms of its size; no law was made for them."""
+    _, _, runs = handling("kuka_kr210_r2700_2")
+    duration, energy = runs.duration_s[0], runs.energy_j[0]
+    best = int(np.argmin(energy))
+    assert 1.46 < duration[best] / duration[-1] < 2.46
+    assert 0.06 < 1.0 - energy[best] / energy[-1] < 0.32
+    assert energy[-1] / duration[-1] == pytest.approx(3200.0, rel=0.25)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_no_torque_above_its_limit(name):
     _, _, runs = handling(name)
