@@ -20,6 +20,7 @@ from robojoule.planning import claims, results
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.experiment import full_speed_energies_j, run_experiment, sensitivity
 from robojoule.planning.experiment_data import read_experiment
+from robojoule.planning.gaps import Row, win_rows
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 from stages._cli import run
@@ -70,6 +71,8 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
         "table_6_1_thesis": results.table_6_1_thesis(found),
         "table_6_2": results.table_by_tree(found, TABLE_6_2),
         "table_6_3": results.table_by_tree(found, TABLE_6_3),
+        "gaps": results.gaps_table(found),
+        "wins": win_rows(found.plan_energies(), {}),
         "payload_sensitivity": payloads,
         "claims_plans": claims.claim_rows(found, data.batch),
     }.items():
@@ -79,7 +82,7 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
 
 def _with_payload(
     params: Params, trees_dir: Path, tree_ids: tuple[str, ...], slowest: float, payload_kg: float
-) -> list[results.Row]:
+) -> list[Row]:
     """Rows of the sensitivity for one payload; runs in a process of its own."""
     robot = _robot(params, payload_kg)
     with threadpool_limits(1):
@@ -95,7 +98,7 @@ def _robot(params: Params, payload_kg: float) -> Robot:
     return load_robot(params.robot.name, Payload(payload_kg, params.robot.payload_com_m))
 
 
-def _csv(rows: Sequence[results.Row]) -> str:
+def _csv(rows: Sequence[Row]) -> str:
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
     writer.writeheader()

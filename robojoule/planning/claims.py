@@ -6,8 +6,9 @@ import numpy as np
 
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.experiment import Variant
+from robojoule.planning.gaps import Row
 from robojoule.planning.methods import PREDICTOR_RUNS, PROFILING_RUNS, profiling_speed_limits
-from robojoule.planning.results import ExperimentResults, Row
+from robojoule.planning.results import ExperimentResults
 from robojoule.profile.piecewise import Array
 
 PREDICTED = Variant("predicted_three_segment")

@@ -12,6 +12,8 @@ from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
 from robojoule.planning.methods import (
+    PREDICTOR_RUNS,
+    PROFILING_RUNS,
     WAIT_PREFERENCE_W,
     greedy,
     measured_profiles,
@@ -88,6 +90,7 @@ class PlannedCycle:
         plan: What was planned.
         run: What the simulation of the written tree gave.
         costs: What the method believed about each vertex; none for rules.
+        runs_per_motion: Runs of the controller's simulation that the method needs for a new motion, on average.
     """
 
     tree: int
@@ -96,6 +99,7 @@ class PlannedCycle:
     plan: SpeedPlan
     run: CycleRun
     costs: Sequence[VertexCosts] | None
+    runs_per_motion: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +113,7 @@ class _Plans:
     plans: list[list[SpeedPlan]]
     speed_limits: Array | None = None
     costs: list[list[VertexCosts]] | None = None
+    runs_per_motion: float = 0.0
 
 
 def run_experiment(
@@ -133,18 +138,21 @@ def run_experiment(
     progress("rules: unoptimized, uniform and greedy plans")
     for spacing in POINT_SPACINGS:
         for segments, costs in _polynomial(batch, beliefs, settings.krc_segments, spacing):
-            found.append(_solved(batch, Variant("krc_polynomial", segments, spacing), costs, times))
+            variant = Variant("krc_polynomial", segments, spacing)
+            found.append(_solved(batch, variant, costs, times, runs=PROFILING_RUNS))
             progress(f"krc_polynomial: {segments} chords, runs equidistant in {spacing}")
     costs = _three_segment(batch, beliefs, settings)
-    found.append(_solved(batch, Variant("predicted_three_segment"), costs, times, preference_w=WAIT_PREFERENCE_W))
+    variant = Variant("predicted_three_segment")
+    found.append(_solved(batch, variant, costs, times, runs=PREDICTOR_RUNS, preference_w=WAIT_PREFERENCE_W))
     progress("predicted_three_segment")
     costs = predicted_costs(batch, beliefs.predicted_profiles)
     plans = [chain_plans(graph, c, row) for graph, c, row in zip(batch.graphs, costs, times, strict=True)]
     found.append(_Plans(Variant("robojoule_predicted"), plans, costs=costs))
     progress("robojoule_predicted")
     simulated = simulated_plans(batch, times)
-    found.append(_Plans(Variant("robojoule_simulated"), simulated.plans, costs=simulated.costs))
-    progress(f"robojoule_simulated: {simulated.runs.mean():.1f} runs a motion, at most {simulated.runs.max()}")
+    runs = float(simulated.runs.mean())
+    found.append(_Plans(Variant("robojoule_simulated"), simulated.plans, None, simulated.costs, runs))
+    progress(f"robojoule_simulated: {runs:.1f} runs a motion, at most {simulated.runs.max()}")
     found.append(_optimum(batch, times, settings.dense_speed_limits))
     progress("optimum, with proven bounds")
     cycles = simulate_plans(batch, found, settings.relaxations_percent)
@@ -184,7 +192,7 @@ def _rules(batch: TreeBatch, beliefs: Beliefs, times: Array) -> list[_Plans]:
     return [
         _unoptimized(batch, times),
         _Plans(Variant("uniform"), uniform, of_motions),
-        _Plans(Variant("greedy"), steepest),
+        _Plans(Variant("greedy"), steepest, runs_per_motion=len(beliefs.run_speed_limits)),
     ]
 
 
@@ -226,18 +234,24 @@ def _three_segment(batch: TreeBatch, beliefs: Beliefs, settings: EvaluatePlansPa
 
 def _optimum(batch: TreeBatch, times: Array, speed_limits: int, *, prove: bool = True) -> _Plans:
     plans, costs = solve_optimum(batch, times, speed_limits=speed_limits, prove=prove)
-    return _Plans(Variant("optimum"), plans, costs=costs)
+    return _Plans(Variant("optimum"), plans, None, costs, speed_limits)
 
 
 def _solved(
-    batch: TreeBatch, variant: Variant, costs: list[list[VertexCosts]], times: Array, *, preference_w: float = 0.0
+    batch: TreeBatch,
+    variant: Variant,
+    costs: list[list[VertexCosts]],
+    times: Array,
+    *,
+    runs: int,
+    preference_w: float = 0.0,
 ) -> _Plans:
     """Plans of the planning model: one model a tree for all cycle times."""
     plans = []
     for graph, of_tree, row in zip(batch.graphs, costs, times, strict=True):
         solver = PlanSolver(graph, of_tree, preference_w=preference_w)
         plans.append([solver.solve(float(time)) for time in row])
-    return _Plans(variant, plans, costs=costs)
+    return _Plans(variant, plans, None, costs, runs)
 
 
 def simulate_plans(batch: TreeBatch, found: Sequence[_Plans], relaxations: Sequence[float]) -> list[PlannedCycle]:
@@ -255,7 +269,9 @@ def simulate_plans(batch: TreeBatch, found: Sequence[_Plans], relaxations: Seque
     runs = simulate_trees(batch, written)
     keys = [(one, relaxation) for one in found for relaxation in relaxations]
     return [
-        PlannedCycle(tree, relaxation, one.variant, plan, run, one.costs[tree] if one.costs else None)
+        PlannedCycle(
+            tree, relaxation, one.variant, plan, run, one.costs[tree] if one.costs else None, one.runs_per_motion
+        )
         for tree in range(len(batch.trees))
         for (one, relaxation), plan, run in zip(keys, by_tree[tree], runs[tree], strict=True)
     ]

@@ -11,9 +11,8 @@ import pyarrow as pa
 
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.experiment import POINT_SPACINGS, PlannedCycle, Variant
+from robojoule.planning.gaps import PlanEnergies, Row, gap_rows
 from robojoule.profile.piecewise import Array
-
-Row = dict[str, object]
 
 IDLE_POWER_PUBLISHED_W = 430.0
 # The thesis's unoptimized energies accumulate the waits of the columns before; factors of d_min x 430 W.
@@ -107,6 +106,28 @@ class ExperimentResults:
     def krc(self, segments: int) -> Variant:
         """The quoted variant of `krc_polynomial`."""
         return Variant("krc_polynomial", segments, self.quoted_spacing())
+
+    def named(self) -> dict[str, Variant]:
+        """Quoted variants by name, `krc_polynomial_6` with six chords."""
+        return {
+            variant.method + (f"_{variant.krc_segments}" if variant.krc_segments else ""): variant
+            for variant in self.quoted()
+        }
+
+    def plan_energies(self) -> PlanEnergies:
+        """Simulated energies of the quoted variants."""
+        relaxations = tuple(self.relaxations())
+        return PlanEnergies(
+            relaxations,
+            {
+                name: np.stack([self.energies_j(variant, relaxation) for relaxation in relaxations], axis=1)
+                for name, variant in self.named().items()
+            },
+        )
+
+    def runs_per_motion(self, variant: Variant) -> float:
+        """Runs of the controller's simulation that a method needs for a new motion, on average."""
+        return self.of(variant, self.relaxations()[0])[0].runs_per_motion
 
     def subsets(self) -> dict[str, list[int]]:
         """The trees of the thesis's three subsets: each complexity is dealt out in turn, so that all are balanced."""
@@ -233,6 +254,12 @@ def _mean_row(results: ExperimentResults, variant: Variant, relaxation: float, t
     }
 
 
+def gaps_table(results: ExperimentResults) -> list[Row]:
+    """Gaps to the optimum of every method, with the runs that it needs for a new motion."""
+    runs = {name: f"{results.runs_per_motion(variant):.4g}" for name, variant in results.named().items()}
+    return [row | {"runs_per_motion": runs[str(row["method"])]} for row in gap_rows(results.plan_energies(), {})]
+
+
 def table_by_tree(results: ExperimentResults, relaxations: Sequence[float]) -> list[Row]:
     """Energies of all methods, one row a tree (thesis Tables 6.2 and 6.3)."""
     subset_of = {tree: subset for subset, trees in results.subsets().items() for tree in trees}
@@ -247,25 +274,25 @@ def table_by_tree(results: ExperimentResults, relaxations: Sequence[float]) -> l
         }
         for relaxation in results.relaxations():
             if relaxation in relaxations:
-                for variant in results.quoted():
-                    name = variant.method + (f"_{variant.krc_segments}" if variant.krc_segments else "")
+                for name, variant in results.named().items():
                     row[f"{name}_{relaxation:g}_j"] = f"{results.energies_j(variant, relaxation)[tree]:.3f}"
         rows.append(row)
     return rows
 
 
-def metrics(results: ExperimentResults) -> dict[str, dict[str, dict[str, float]]]:
-    """Method -> relaxation -> mean saving and gap; `krc_polynomial` with its best number of chords, and each."""
-    named = {
-        variant.method + (f"_{variant.krc_segments}" if variant.krc_segments else ""): variant
-        for variant in results.quoted()
-    }
+def metrics(results: ExperimentResults) -> dict[str, dict[str, dict[str, float] | float]]:
+    """Method -> relaxation -> mean saving and gap, and method -> runs that it needs for a new motion.
+
+    `krc_polynomial` stands for its best number of chords; each number has an entry of its own too.
+    """
+    named = results.named()
     polynomial = [variant for variant in results.quoted() if variant.method == "krc_polynomial"]
     if polynomial:
         means = [np.mean([results.savings_percent(v, r) for r in results.relaxations()]) for v in polynomial]
         named["krc_polynomial"] = polynomial[int(np.argmax(means))]
     return {
         name: {f"{relaxation:g}": _mean_metrics(results, variant, relaxation) for relaxation in results.relaxations()}
+        | {"runs_per_motion": round(results.runs_per_motion(variant), 2)}
         for name, variant in sorted(named.items())
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robojoule.study.summary import Row
+from robojoule.planning.gaps import Row
 
 # Median relative errors of saving, optimal duration, penalty. [%]
 ERROR_BARS = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_penalty_j": 1.5}

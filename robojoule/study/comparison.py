@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.drive import Array
+from robojoule.planning.gaps import Row
 from robojoule.predictor.physics import Measurements, fit_profile_predictor
 from robojoule.predictor.targets import profile_parameters
 from robojoule.study.cases import PlantBatch, measure
 from robojoule.study.config import StudyParams
 from robojoule.study.plant import draw_plant
 from robojoule.study.regimes import plant_batch, robot_with_payload, speed_limits, streams
-from robojoule.study.summary import Row, parameter_rows
+from robojoule.study.summary import parameter_rows
 from robojoule.study.three_numbers import MODELS, fit_model, motion_features
 
 PHYSICS = ("nominal_physics", "physics_informed", "robojoule_predicted", "oracle")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from robojoule.drive import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
 from robojoule.planning.experiment import cycle_times
+from robojoule.planning.gaps import PlanEnergies
 from robojoule.planning.methods import (
     WAIT_PREFERENCE_W,
     greedy,
@@ -32,24 +32,6 @@ Costs = list[list[VertexCosts]]
 BRACKETS = 33
 BISECTIONS = 18
 REFINED = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])  # further samples of the true profile, in steps of the first ones
-
-
-@dataclass(frozen=True)
-class PlanEnergies:
-    """Energies of plans on the plant.
-
-    Attributes:
-        relaxations_percent: R cycle times as shares of the least one. [%]
-        energy_j: Method -> energies of its cycles, shape (T, R). [J]
-    """
-
-    relaxations_percent: tuple[float, ...]
-    energy_j: dict[str, Array]
-
-    def gaps_percent(self, method: str) -> Array:
-        """Gap to the optimum, shape (T, R). [%]"""
-        best = self.energy_j["optimum"]
-        return np.asarray(100.0 * (self.energy_j[method] - best) / best)
 
 
 def path_costs(batch: TreeBatch, paths: MotionPaths, speed_limits: Array) -> Costs:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robojoule.config import ForestParams
 from robojoule.drive import Array
+from robojoule.planning.gaps import PlanEnergies, Row, gap_rows, win_rows
 from robojoule.planning.predicted import predicted_costs
 from robojoule.predictor import estimators
 from robojoule.predictor.calibration import Calibration
@@ -27,14 +28,13 @@ from robojoule.study.cases import PlantBatch, draw_viscosity, generate_trees, me
 from robojoule.study.config import StudyMotionsParams, StudyParams
 from robojoule.study.plans import (
     Costs,
-    PlanEnergies,
     evaluate_plans,
     path_costs,
     polynomial_method,
     three_segment_method,
 )
 from robojoule.study.plant import Plant, draw_plant
-from robojoule.study.summary import Row, gap_rows, parameter_rows, win_rows
+from robojoule.study.summary import parameter_rows
 from robojoule.study.three_numbers import motion_features
 
 Progress = Callable[[str], None]

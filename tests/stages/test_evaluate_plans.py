@@ -70,7 +70,16 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
-OUTPUTS = ("table_6_1", "table_6_1_thesis", "table_6_2", "table_6_3", "payload_sensitivity", "claims_plans")
+OUTPUTS = (
+    "table_6_1",
+    "table_6_1_thesis",
+    "table_6_2",
+    "table_6_3",
+    "payload_sensitivity",
+    "claims_plans",
+    "gaps",
+    "wins",
+)
 
 
 def test_every_plan_is_there_and_none_is_late(done):
@@ -138,6 +147,34 @@ def test_tables_hold_every_method(done):
     assert {row["held"] for row in rows_of(layout.tables_dir / "claims_plans.csv")} <= {"true", "false"}
 
 
+def test_gaps_have_confidence_wins_and_the_runs_they_cost(done):
+    _, layout = done
+    gaps = rows_of(layout.tables_dir / "gaps.csv")
+    means = {(row["relaxation_percent"], row["method"]): float(row["gap_mean_percent"]) for row in gaps}
+    for row in rows_of(layout.tables_dir / "table_6_1.csv"):
+        name = row["method"] + (f"_{row['krc_segments']}" if row["krc_segments"] else "")
+        assert means[row["relaxation_percent"], name] == float(row["gap_to_optimum_percent"])
+    for row in gaps:
+        low, mean, high, worst = (float(row[f"gap_{name}_percent"]) for name in ("low", "mean", "high", "worst"))
+        assert low <= mean <= high <= worst + 1e-4
+        if row["method"].startswith(("robojoule", "optimum")):
+            assert worst < 0.2
+            assert float(row["above_unoptimized_percent"]) == 0.0
+    runs = {row["method"]: float(row["runs_per_motion"]) for row in gaps}
+    assert runs["unoptimized"] == runs["uniform"] == runs["robojoule_predicted"] == 0
+    assert (runs["predicted_three_segment"], runs["krc_polynomial_6"], runs["greedy"]) == (2, 5, 10)
+    assert 5 < runs["robojoule_simulated"] < runs["optimum"]
+    metrics = json.loads((layout.metrics_dir / "plans.json").read_text())
+    assert metrics["robojoule_predicted"]["runs_per_motion"] == 0
+    duels = {(r["relaxation_percent"], r["method"], r["other"]): r for r in rows_of(layout.tables_dir / "wins.csv")}
+    for (relaxation, method, other), row in duels.items():
+        assert (row["wins"], row["losses"]) == (
+            duels[relaxation, other, method]["losses"],
+            duels[relaxation, other, method]["wins"],
+        )
+    assert duels["200", "robojoule_predicted", "predicted_three_segment"]["wins"] == "3"
+
+
 def test_a_lighter_load_needs_less_power(done):
     _, layout = done
     rows = rows_of(layout.tables_dir / "payload_sensitivity.csv")
@@ -155,7 +192,7 @@ def test_metrics_are_those_of_the_table(done):
     for row in rows_of(layout.tables_dir / "table_6_1.csv"):
         name = row["method"] + (f"_{row['krc_segments']}" if row["krc_segments"] else "")
         assert metrics[name][row["relaxation_percent"]]["saving_percent"] == float(row["saving_percent"])
-    assert set(metrics["krc_polynomial"]) == {"110", "200"}
+    assert set(metrics["krc_polynomial"]) == {"110", "200", "runs_per_motion"}
 
 
 def test_beliefs_come_from_the_right_rows(done):

@@ -5,11 +5,11 @@ import pytest
 
 from robojoule.errors import CycleTimeTooShort
 from robojoule.planning.chain import chain_plans
+from robojoule.planning.gaps import PlanEnergies, bootstrap_mean, gap_rows, win_rows
 from robojoule.planning.optimum import DenseProfiles
 from robojoule.planning.solve import PlanSolver, plan_energy_j
 from robojoule.planning.writeback import stacked_durations
-from robojoule.study.plans import PlanEnergies, evaluate_plans, path_costs, planned_speed_limits, polynomial_method
-from robojoule.study.summary import bootstrap_mean, gap_rows, win_rows
+from robojoule.study.plans import evaluate_plans, path_costs, planned_speed_limits, polynomial_method
 from tests.study import cases
 
 
