@@ -10,6 +10,8 @@ from typing import Any
 from robojoule.cli._arguments import add_robot, robot_of
 from robojoule.errors import InputError
 
+POOR_R2 = 0.9  # of held-out motions; logs that the model explains reach 0.97 and more
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The log, the robot and what to write."""
@@ -100,6 +102,11 @@ def show(result: dict[str, Any]) -> None:
         part = f"{title:18} {score['motions']:4d} motions {score['duration_s']:7.1f} s  R2 {score['r2']:.4f}  "
         rmse = f"RMSE {score['rmse_w']:.1f} W ({score['rmse_percent']:.2f} %)  "
         print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")
+    if result["held_out"]["r2"] < POOR_R2:
+        print(
+            f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
+            "check that power and positions share one clock, and robot, payload and units"
+        )
     for key in ("out", "plot"):
         if result[key]:
             print(f"written: {result[key]}")

@@ -3,7 +3,7 @@
 Each step fixes regime, copper torques and Huber weights at the present parameters, solves the linear least-squares
 problem within the physical bounds, and halves the step until the robust cost falls; so regime, efficiency and weights
 are iterated together. Which parameters the data determine is read off the singular value decomposition of the weighted,
-scaled Jacobian: a direction whose standard deviation exceeds half the parameters' scale is not determined, and the
+scaled Jacobian: a direction whose standard deviation exceeds a quarter of the scale is not determined, and the
 parameter with the greatest part in it keeps its catalog value.
 """
 
@@ -24,7 +24,7 @@ POWER_NOISE_EXPONENT = 0.5  # between a meter's constant error (0) and its relat
 MOST_STEPS = 60
 STEP_TOLERANCE = 1e-5  # of the scale
 COST_TOLERANCE = 1e-7  # of the cost: the regime of a few instants may flicker for ever
-UNDETERMINED = 0.5  # standard deviation over scale of a direction that counts as undetermined
+UNDETERMINED = 0.25  # standard deviation over scale of a direction: two of them are half the parameters' size
 CONFOUNDED = 0.3  # share of a parameter's effect along such a direction that is worth naming
 
 

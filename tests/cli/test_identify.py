@@ -1,5 +1,6 @@
 import json
 
+import numpy as np
 import pyarrow as pa
 import pytest
 from pyarrow import csv
@@ -38,11 +39,22 @@ def test_writes_a_robot_file_and_a_plot_and_prints_json(log_file, tmp_path, caps
     assert sorted(path.name for path in tmp_path.iterdir()) == ["entry.json", "fit.svg"]
 
 
+def test_a_poor_fit_is_said(log_file, tmp_path, capsys):
+    """The meter lags by 0.2 s."""
+    table = csv.read_csv(log_file)
+    late = pa.array(np.roll(table["power_w"].to_numpy(), 50))
+    path = tmp_path / "late.csv"
+    csv.write_csv(table.set_column(table.column_names.index("power_w"), "power_w", late), path)
+    assert main(["identify", str(path), "--robot", ROBOT]) == 0
+    assert "poor fit (R2 below 0.9): the energy model does not explain this log" in capsys.readouterr().out
+
+
 def test_prints_a_table(log_file, capsys):
     assert main(["identify", log_file, "--robot", ROBOT]) == 0
     text = capsys.readouterr().out
     assert "joints.joint_2.viscous_nm_s_per_rad" in text
     assert "held out, catalog" in text
+    assert "poor fit" not in text
 
 
 @pytest.mark.parametrize(
