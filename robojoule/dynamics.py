@@ -4,9 +4,10 @@ Along q(s) = q0 + s dq the rigid-body joint torques are
 
     tau(s) = m(s) s'' + c(s) s'^2 + g(s) ,   m = M(q(s)) dq ,  c = C(q(s), dq) dq ,  g = gravity .
 
-Three inverse-dynamics calls per path node therefore describe a motion at every speed limit at once. The three functions
-are entire functions of s (sums of sines and cosines of the joint angles), so a Chebyshev series through K nodes
-represents them to rounding once K exceeds the sum of the joint changes in radians by a margin.
+Inverse dynamics at a few path nodes therefore describes a motion at every speed limit at once. The three functions are
+entire functions of s (sums of sines and cosines of the joint angles), so a Chebyshev series through K nodes represents
+them to rounding once K exceeds the sum w of the joint changes in radians by a margin: its coefficients fall as
+(w / 2)^k / k!. A first joint about the vertical turns the arm without changing its torques, so that it does not count.
 """
 
 from __future__ import annotations
@@ -15,39 +16,67 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from robojoule.drive import Array
+from robojoule.recursion import joint_axis, path_points
 from robojoule.robots.robot import Robot
 
-NODE_LADDER = (29, 65, 129, 257)  # few steps, so that a motion's figures hardly ever depend on its companions
-NODE_MARGIN = 17  # coefficients behind the highest frequency: the series then falls below rounding
-NODES_PER_RAD = 2.0
+NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
+SERIES_TOLERANCE = 1e-9  # of the first neglected coefficient, relative to an amplitude at the highest frequency
 
 
 @dataclass(frozen=True)
 class PathTorques:
-    """Chebyshev coefficients (first kind, over x = 2 s - 1) of m, c and g for M motions.
+    """Chebyshev series (first kind, over x = 2 s - 1) of m, c and g for M motions.
 
     Attributes:
-        inertia_nm_s2: Coefficients of m, shape (M, K, n). [Nm s2]
-        velocity_nm_s2: Coefficients of c, shape (M, K, n). [Nm s2]
-        gravity_nm: Coefficients of g, shape (M, K, n). [Nm]
-        nodes_s: Path positions of the nodes, shape (K,). [-]
-        at_nodes: m, c and g at the nodes, three arrays of shape (M, K, n).
+        counts: Number of nodes and coefficients of each motion, shape (M,).
+        coefficients: Coefficients of m [Nm s2], c [Nm s2] and g [Nm], joint by joint, zeros behind those of the motion,
+            shape (M, 3 n, K), K being the largest of the counts.
+        at_nodes: m, c and g at the nodes of each motion, the last repeated up to K, three arrays of shape (M, K, n).
     """
 
-    inertia_nm_s2: Array
-    velocity_nm_s2: Array
-    gravity_nm: Array
-    nodes_s: Array
+    counts: NDArray[np.intp]
+    coefficients: Array
     at_nodes: tuple[Array, Array, Array]
 
+    def _part(self, index: int) -> Array:
+        joints = self.coefficients.shape[1] // 3
+        return self.coefficients[:, index * joints : (index + 1) * joints].swapaxes(1, 2)
 
-def node_count(delta_rad: Array) -> int:
-    """Number of nodes that represents paths with these joint changes (M, n) to rounding."""
-    travel = float(np.abs(delta_rad).sum(axis=1).max()) if delta_rad.size else 0.0
-    needed = NODE_MARGIN + NODES_PER_RAD * travel
-    return next((count for count in NODE_LADDER if count >= needed), int(np.ceil(needed)))
+    @property
+    def inertia_nm_s2(self) -> Array:
+        """Coefficients of m, shape (M, K, n). [Nm s2]"""
+        return self._part(0)
+
+    @property
+    def velocity_nm_s2(self) -> Array:
+        """Coefficients of c, shape (M, K, n). [Nm s2]"""
+        return self._part(1)
+
+    @property
+    def gravity_nm(self) -> Array:
+        """Coefficients of g, shape (M, K, n). [Nm]"""
+        return self._part(2)
+
+    @property
+    def nodes_s(self) -> Array:
+        """Path positions of K nodes, enough for every motion, shape (K,). [-]"""
+        return chebyshev_nodes(self.coefficients.shape[2])
+
+
+def node_counts(robot: Robot, delta_rad: Array) -> NDArray[np.intp]:
+    """Numbers of nodes that represent paths with joint changes (M, n) [rad] to rounding, shape (M,)."""
+    joint, gravity = robot.model.joints[1], robot.model.gravity.linear
+    vertical = np.cross(robot.model.jointPlacements[1].rotation @ joint_axis(joint), gravity)
+    turning = np.abs(delta_rad[:, 1:] if np.allclose(vertical, 0.0, atol=1e-12) else delta_rad).sum(axis=1)
+    factors = np.arange(1, NODE_LADDER[-1] + 1)
+    with np.errstate(divide="ignore"):
+        decay = np.log(turning / 2.0)[:, None] * NODE_LADDER - np.cumsum(np.log(factors))[NODE_LADDER - 1]
+    enough = decay <= np.log(SERIES_TOLERANCE)
+    far = np.ceil(NODE_LADDER[-1] + 2.0 * turning).astype(np.intp)
+    return np.asarray(np.where(enough.any(axis=1), NODE_LADDER[enough.argmax(axis=1)], far))
 
 
 def chebyshev_nodes(count: int) -> Array:
@@ -66,12 +95,13 @@ def chebyshev_basis(s: Array, count: int) -> Array:
         Shape (*s.shape, count).
     """
     x = 2.0 * s - 1.0
+    twice = 2.0 * x
     basis = np.empty((count, *np.shape(s)))
     basis[0] = 1.0
     if count > 1:
         basis[1] = x
     for k in range(2, count):
-        np.multiply(2.0 * x, basis[k - 1], out=basis[k])
+        np.multiply(twice, basis[k - 1], out=basis[k])
         basis[k] -= basis[k - 2]
     return np.moveaxis(basis, 0, -1)
 
@@ -102,19 +132,28 @@ def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | 
         robot: Robot with its payload.
         start_rad: Start configurations, shape (M, n). [rad]
         delta_rad: Joint changes, shape (M, n). [rad]
-        count: Number of nodes; as many as represent the paths to rounding if not given.
+        count: Number of nodes; as many as represent each path to rounding if not given.
     """
-    count = count or node_count(delta_rad)
-    nodes = chebyshev_nodes(count)
     motions, joints = start_rad.shape
-    q = (start_rad[:, None, :] + nodes[None, :, None] * delta_rad[:, None, :]).reshape(-1, joints)
-    along = np.repeat(delta_rad, count, axis=0)
-    zero = np.zeros_like(q)
-    gravity = inverse_dynamics(robot, q, zero, zero)
-    inertia = inverse_dynamics(robot, q, zero, along) - gravity
-    velocity = inverse_dynamics(robot, q, along, zero) - gravity
-    shape = (motions, count, joints)
-    at_nodes = (inertia.reshape(shape), velocity.reshape(shape), gravity.reshape(shape))
-    to_coefficients = np.linalg.inv(chebyshev_basis(nodes, count))
-    m, c, g = (np.matmul(to_coefficients, values) for values in at_nodes)
-    return PathTorques(m, c, g, nodes, at_nodes)
+    counts = node_counts(robot, delta_rad) if count is None else np.full(motions, count)
+    width = int(counts.max(initial=0))
+    groups = [np.flatnonzero(counts == k) for k in np.unique(counts)]
+    steps = [chebyshev_nodes(int(counts[rows[0]])) for rows in groups]
+    points = [
+        (start_rad[rows].T[..., None] + delta_rad[rows].T[..., None] * nodes).reshape(joints, -1)
+        for rows, nodes in zip(groups, steps, strict=True)
+    ]
+    along = [np.repeat(delta_rad[rows].T, len(nodes), axis=1) for rows, nodes in zip(groups, steps, strict=True)]
+    empty = np.zeros((joints, 0))
+    torques = path_points(robot.model, np.concatenate([*points, empty], 1), np.concatenate([*along, empty], 1))
+    coefficients = np.zeros((motions, 3 * joints, width))
+    at_nodes = np.zeros((3, motions, width, joints))
+    first = 0
+    for rows, nodes in zip(groups, steps, strict=True):
+        k = len(nodes)
+        part = torques[..., first : first + len(rows) * k].reshape(3 * joints, len(rows), k).swapaxes(0, 1)
+        first += len(rows) * k
+        coefficients[rows, :, :k] = np.matmul(part, np.linalg.inv(chebyshev_basis(nodes, k)).T)
+        padded = part[:, :, np.minimum(np.arange(width), k - 1)].reshape(len(rows), 3, joints, width)
+        at_nodes[:, rows] = padded.transpose(1, 0, 3, 2)
+    return PathTorques(counts, coefficients, (at_nodes[0], at_nodes[1], at_nodes[2]))

@@ -1,73 +1,140 @@
-"""Integrals over the phases of a run, exact for smooth integrands and accurate across the kink of a positive part.
+"""Integrals over a run, exact for smooth integrands and accurate across the kink of a positive part.
 
-Within a phase of constant jerk every power is a smooth function of time, so Gauss-Legendre quadrature converges
-spectrally. The DC bus brings one kink: only its positive part is drawn from the mains. Its integral is taken from the
-polynomial through the same Gauss nodes: the polynomial is integrated exactly over small cells, and only in a cell where
-it changes sign is it taken as linear. That costs a fixed small matrix product instead of further dynamics calls.
+Within a phase of constant jerk every power is a smooth function of time, so Gauss-Lobatto quadrature converges
+spectrally. Its nodes include both ends of a phase, where powers have their peaks and which neighbours share. The DC bus
+brings one kink: only its positive part is drawn from the mains. With F the integral since the start of the run,
+
+    int max(P, 0) = [P > 0 at the end] F(end) - sum of F where P turns positive + sum of F where it turns negative .
+
+At the nodes F follows from the polynomial of the phase, and up to a change of sign between two nodes from the cubic
+that has the values and slopes of that polynomial there.
+
+Sums run over the nodes of one run at a time, so that its figures do not depend on the runs beside it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from robojoule.drive import Array
+from robojoule.trajectory import PHASES, PathLaw
 
-CELLS = 32
-
-
-@dataclass(frozen=True)
-class PhaseQuadrature:
-    """Quadrature on the unit interval.
-
-    Attributes:
-        nodes: Gauss-Legendre nodes, shape (N,). [-]
-        weights: Their weights, shape (N,). [-]
-        cell_ends: From values at the nodes to the interpolating polynomial at the cell ends, shape (N, CELLS + 1).
-        cell_integrals: From values at the nodes to its integrals over the cells, shape (N, CELLS).
-    """
-
-    nodes: Array
-    weights: Array
-    cell_ends: Array
-    cell_integrals: Array
-
-    def integral(self, values: Array) -> Array:
-        """Integral over the unit interval of values at the nodes, shape (..., N) -> (...)."""
-        return np.asarray(values @ self.weights)
-
-    def positive_part(self, values: Array) -> Array:
-        """Integral of max(values, 0) over the unit interval, shape (..., N) -> (...)."""
-        flat = values.reshape(-1, values.shape[-1])
-        total = self.integral(flat)
-        result = np.maximum(total, 0.0)
-        ends = flat @ self.cell_ends
-        mixed = np.flatnonzero((ends.min(axis=1) < 0.0) & (ends.max(axis=1) > 0.0))
-        if mixed.size:
-            left, right = ends[mixed, :-1], ends[mixed, 1:]
-            magnitude = np.abs(flat[mixed] @ self.cell_integrals)
-            crossing = left * right < 0.0
-            spread = np.where(crossing, np.abs(left) + np.abs(right), 1.0)
-            magnitude = np.where(crossing, (left**2 + right**2) / (2.0 * CELLS * spread), magnitude)
-            result[mixed] = (total[mixed] + magnitude.sum(axis=1)) / 2.0
-        return np.asarray(result.reshape(values.shape[:-1]))
+_NEWTON_STEPS = 4
 
 
 @lru_cache(maxsize=32)
-def phase_quadrature(nodes: int) -> PhaseQuadrature:
-    """Build the quadrature with a number of nodes."""
-    x, w = legendre.leggauss(nodes)
-    # Discrete Legendre transform: coefficients of the interpolating polynomial from values at the nodes.
+def lobatto(nodes: int) -> tuple[Array, Array, Array]:
+    """Gauss-Lobatto quadrature on the unit interval.
+
+    Args:
+        nodes: Number of nodes N, at least 3.
+
+    Returns:
+        Nodes from 0 to 1, shape (N,); integrals from 0 to each node of the polynomials that are 1 at one node and 0 at
+        the others, shape (nodes N, polynomials N), the last row being the weights; their slopes at the nodes, likewise.
+    """
     order = np.arange(nodes)
-    to_coefficients = (legendre.legvander(x, nodes - 1) * w[:, None]) * (order + 0.5)
-    ends = np.linspace(-1.0, 1.0, CELLS + 1)
-    antiderivatives = np.stack([legendre.legval(ends, legendre.legint(np.eye(nodes)[k], lbnd=-1)) for k in order])
-    return PhaseQuadrature(
-        nodes=(x + 1.0) / 2.0,
-        weights=w / 2.0,
-        cell_ends=to_coefficients @ legendre.legvander(ends, nodes - 1).T,
-        cell_integrals=np.asarray(to_coefficients @ np.diff(antiderivatives, axis=1) / 2.0, dtype=np.float64),
-    )
+    last = np.eye(nodes)[-1]  # Legendre polynomial of degree N - 1
+    x = np.concatenate([[-1.0], np.sort(np.real(legendre.legroots(legendre.legder(last)))), [1.0]])
+    weights = 2.0 / (nodes * (nodes - 1) * legendre.legval(x, last) ** 2)
+    # Discrete Legendre transform: coefficients of the interpolating polynomial from values at the nodes.
+    norms = np.where(order < nodes - 1, order + 0.5, (nodes - 1) / 2.0)
+    to_coefficients = (legendre.legvander(x, nodes - 1) * weights[:, None] * norms).T
+    integrals = np.stack([legendre.legval(x, legendre.legint(row, lbnd=-1)) for row in np.eye(nodes)], axis=1)
+    slopes = np.stack([legendre.legval(x, legendre.legder(row)) for row in np.eye(nodes)], axis=1)
+    return (x + 1.0) / 2.0, np.asarray(integrals @ to_coefficients) / 2.0, np.asarray(slopes @ to_coefficients) * 2.0
+
+
+class RunQuadrature:
+    """Quadrature over the seven phases of a run; Q nodes, those between two phases shared.
+
+    Args:
+        jerk: Nodes of each of the four phases of jerk.
+        plateau: Nodes of both phases of constant acceleration.
+        cruise: Nodes of the phase of constant velocity.
+    """
+
+    def __init__(self, jerk: int, plateau: int, cruise: int) -> None:
+        rules = [lobatto(n) for n in (jerk, plateau, jerk, cruise, jerk, plateau, jerk)]
+        starts = np.cumsum([0] + [len(nodes) - 1 for nodes, _, _ in rules])
+        self.count = int(starts[-1]) + 1
+        self._phase = np.repeat(np.arange(PHASES), np.diff(starts))  # of the intervals between nodes
+        self._weights = np.zeros((self.count, PHASES))
+        self._powers = np.zeros((PHASES, 4, self.count))  # of the time since the start of the phase, per its length
+        # Of each interval between two nodes, in units of its phase: length, and from values at all nodes the integral
+        # since the start of the phase and the slopes at both ends.
+        self._width = np.concatenate([np.diff(nodes) for nodes, _, _ in rules])
+        self._before, self._rise, self._fall = (np.zeros((self.count - 1, self.count)) for _ in range(3))
+        for phase, (nodes, integrals, slopes) in enumerate(rules):
+            intervals, own = slice(starts[phase], starts[phase + 1]), slice(starts[phase], starts[phase + 1] + 1)
+            self._weights[own, phase] = integrals[-1]
+            evaluated = len(nodes) - (phase < PHASES - 1)  # a shared node is evaluated as the start of the later phase
+            self._powers[phase, :, starts[phase] : starts[phase] + evaluated] = (
+                nodes[:evaluated] ** np.arange(4)[:, None]
+            )
+            self._before[intervals, own] = integrals[:-1]
+            self._rise[intervals, own], self._fall[intervals, own] = slopes[:-1], slopes[1:]
+
+    def states(self, law: PathLaw) -> tuple[Array, Array, Array]:
+        """Path position [-], velocity [1/s] and acceleration [1/s2] at the nodes, arrays (..., 7) -> (..., Q)."""
+        t, p, v, a, j = law.duration_s, law.position, law.velocity, law.acceleration, law.jerk
+        return (
+            self._polynomials(p, t * v, t**2 * a / 2.0, t**3 * j / 6.0),
+            self._polynomials(v, t * a, t**2 * j / 2.0),
+            self._polynomials(a, t * j),
+        )
+
+    def _polynomials(self, *coefficients: Array) -> Array:
+        terms = len(coefficients)
+        stacked = np.stack(coefficients, axis=-1)
+        return np.asarray(stacked.reshape(*stacked.shape[:-2], -1) @ self._powers[:, :terms].reshape(-1, self.count))
+
+    def weights(self, law: PathLaw) -> Array:
+        """Weights of the nodes in integrals over the run, arrays (..., 7) -> (..., Q). [s]"""
+        return np.asarray(law.duration_s @ self._weights.T)
+
+    def positive_part(self, values: Array, law: PathLaw) -> Array:
+        """Integral over each run of max(values, 0), shapes (..., Q) -> (...)."""
+        flat = values.reshape(-1, self.count)
+        lengths = law.duration_s.reshape(-1, PHASES)
+        phases = (values @ self._weights).reshape(-1, PHASES) * lengths
+        since_start = np.cumsum(phases, axis=1)
+        negative = flat < 0.0
+        result = np.where(negative[:, -1], 0.0, since_start[:, -1])
+        runs, intervals = np.nonzero(negative[:, 1:] != negative[:, :-1])
+        phase, width, changing = self._phase[intervals], self._width[intervals], flat[runs]
+        before, rise, fall = (
+            (changing * table[intervals]).sum(axis=-1) for table in (self._before, self._rise, self._fall)
+        )
+        left, right = flat[runs, intervals], flat[runs, intervals + 1]
+        inside = before + width * _integral_to_root(left, right, rise * width, fall * width)
+        until = since_start[runs, phase] - phases[runs, phase] + lengths[runs, phase] * inside
+        result += np.bincount(runs, np.where(left < 0.0, -until, until), minlength=len(flat))
+        return np.asarray(result.reshape(values.shape[:-1]))
+
+
+def _integral_to_root(left: Array, right: Array, rise: Array, fall: Array) -> Array:
+    """Integral of cubics on the unit interval from 0 to their root.
+
+    Args:
+        left: Values at 0.
+        right: Values at 1, of the other sign.
+        rise: Slopes at 0.
+        fall: Slopes at 1.
+    """
+    second, third = 3.0 * (right - left) - 2.0 * rise - fall, 2.0 * (left - right) + rise + fall
+    u = left / (left - right)
+    for _ in range(_NEWTON_STEPS):
+        value, slope = left + u * (rise + u * (second + u * third)), rise + u * (2.0 * second + 3.0 * u * third)
+        step = np.divide(value, slope, out=np.zeros_like(u), where=slope != 0.0)
+        u = np.clip(u - step, 0.0, 1.0)
+    return np.asarray(u * (left + u * (rise / 2.0 + u * (second / 3.0 + u * third / 4.0))))
+
+
+@lru_cache(maxsize=32)
+def run_quadrature(path_nodes: int) -> RunQuadrature:
+    """Quadrature for torques of a number of path nodes: the cruise may cover the whole path, other phases half."""
+    return RunQuadrature(max(5, path_nodes // 3 + 1), max(7, path_nodes // 2 + 1), path_nodes)

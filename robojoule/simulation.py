@@ -8,20 +8,18 @@ of constant jerk (see `robojoule.quadrature`), so it does not depend on a sample
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.drive import Array, idle_power_w, mains_power_w
 from robojoule.dynamics import PathTorques, chebyshev_basis, path_torques
-from robojoule.quadrature import PhaseQuadrature, phase_quadrature
+from robojoule.quadrature import RunQuadrature, run_quadrature
 from robojoule.robots.robot import Robot
 from robojoule.timing import Index, PathTiming
-from robojoule.trajectory import PHASES, PathLaw
+from robojoule.trajectory import PathLaw
 
-_INTEGRALS = ("bus", "drawn", "friction", "copper")
-_CHUNK = 64  # motions evaluated at once: keeps the work arrays in the processor's cache
+_CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -159,55 +157,40 @@ class MotionPaths:
         limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
         arrays = {field.name: np.zeros_like(velocity) for field in fields(MotionRuns)}
         arrays["speed_limit"] = limits
-        rows = np.flatnonzero(self.moving)
-        for first in range(0, len(rows), _CHUNK):
-            self._simulate_chunk(rows[first : first + _CHUNK], velocity, arrays)
+        counts = self.torques.counts
+        for count in np.unique(counts[self.moving]):
+            rows = np.flatnonzero(self.moving & (counts == count))
+            quadrature = self._quadrature(int(count))
+            chunk = max(1, _CHUNK_STATES // (quadrature.count * velocity.shape[1]))
+            laws = self.timing.laws(velocity[rows], rows)
+            for first in range(0, len(rows), chunk):
+                part = slice(first, first + chunk)
+                for name, values in self._chunk(rows[part], laws.of(part), quadrature).items():
+                    arrays[name][rows[part]] = values
         return MotionRuns(**arrays)
 
-    def _simulate_chunk(self, rows: Index, velocity: Array, arrays: dict[str, Array]) -> None:
-        """Integrate power over each jerk phase by Gauss-Legendre quadrature, for a few motions at all speeds."""
-        peak = velocity[rows]
-        laws = self.timing.laws(peak, rows)
-        shape = (*peak.shape, PHASES)
-        length, jerk, acc, vel, pos = (
-            np.array([getattr(law, name) for law in laws]).reshape(shape)
-            for name in ("duration_s", "jerk", "acceleration", "velocity", "position")
-        )
-        integrals: dict[str, Array] = {name: np.zeros(peak.shape) for name in _INTEGRALS}
-        peak_bus = np.full(peak.shape, -np.inf)
-        peak_ratio = np.zeros(peak.shape)
-        for phases, quadrature in self._quadratures:
-            tau = length[..., phases, None] * quadrature.nodes
-            j, a, v, p = (x[..., phases, None] for x in (jerk, acc, vel, pos))
-            s = p + tau * (v + tau * (a / 2 + tau * j / 6))
-            s1 = v + tau * (a + tau * j / 2)
-            s2 = a + tau * j
-            power = self.powers(rows, *(x.reshape(len(rows), -1) for x in (s, s1, s2)))
-            bus, friction, copper = (x.reshape(s.shape) for x in (power.bus_w, power.friction_w, power.copper_w))
-            time = length[..., phases]
-            integrals["bus"] += (quadrature.integral(bus) * time).sum(axis=-1)
-            integrals["drawn"] += (quadrature.positive_part(bus) * time).sum(axis=-1)
-            integrals["friction"] += (quadrature.integral(friction) * time).sum(axis=-1)
-            integrals["copper"] += (quadrature.integral(copper) * time).sum(axis=-1)
-            present = time > 0.0
-            peak_bus = np.maximum(peak_bus, np.where(present, bus.max(axis=-1), -np.inf).max(axis=-1))
-            ratio = np.abs(power.torque_nm / self.robot.effort_nm).max(axis=-1).reshape(s.shape)
-            peak_ratio = np.maximum(peak_ratio, np.where(present, ratio.max(axis=-1), 0.0).max(axis=-1))
-        parts = self._energy_parts(length.sum(axis=-1), integrals)
-        parts["peak_power_w"] = mains_power_w(self.robot.drives, peak_bus)
-        parts["peak_torque_ratio"] = peak_ratio
-        for name, values in parts.items():
-            arrays[name][rows] = values
+    def _chunk(self, rows: Index, law: PathLaw, quadrature: RunQuadrature) -> dict[str, Array]:
+        """Figures of the runs of some motions: power integrated over their laws, shape (M', S) each."""
+        states = quadrature.states(law)
+        power = self.powers(rows, *(x.reshape(len(rows), -1) for x in states))
+        bus, friction, copper = (x.reshape(states[0].shape) for x in (power.bus_w, power.friction_w, power.copper_w))
+        weights = quadrature.weights(law)
+        integrals = {
+            "bus": (bus * weights).sum(axis=-1),
+            "drawn": quadrature.positive_part(bus, law),
+            "friction": (friction * weights).sum(axis=-1),
+            "copper": (copper * weights).sum(axis=-1),
+        }
+        torque = np.abs(power.torque_nm.swapaxes(1, 2)).reshape(len(rows), -1, *bus.shape[1:]).max(axis=-1)
+        return {
+            **self._energy_parts(law.duration_s.sum(axis=-1), integrals),
+            "peak_power_w": mains_power_w(self.robot.drives, bus.max(axis=-1)),
+            "peak_torque_ratio": (torque / self.robot.effort_nm[:, None]).max(axis=1),
+        }
 
-    @cached_property
-    def _quadratures(self) -> list[tuple[list[int], PhaseQuadrature]]:
-        """Phases and their quadrature: the cruise may cover the whole path, the others half of it."""
-        count = len(self.torques.nodes_s)
-        return [
-            ([0, 2, 4, 6], phase_quadrature(max(8, count * 2 // 5))),
-            ([1, 5], phase_quadrature(max(10, count // 2))),
-            ([3], phase_quadrature(count)),
-        ]
+    def _quadrature(self, path_nodes: int) -> RunQuadrature:
+        """Quadrature for motions with a number of path nodes."""
+        return run_quadrature(path_nodes)
 
     def _energy_parts(self, duration_s: Array, integrals: dict[str, Array]) -> dict[str, Array]:
         """Split the mains energy: the parts add up to the total, whatever the regime of the bus."""
@@ -238,19 +221,25 @@ class MotionPaths:
             s2: Path accelerations, shape (M', P). [1/s2]
         """
         drives, torques = self.robot.drives, self.torques
-        coefficients = np.concatenate(
-            [torques.inertia_nm_s2[rows], torques.velocity_nm_s2[rows], torques.gravity_nm[rows]], axis=2
-        )
-        basis = chebyshev_basis(s, coefficients.shape[1])
-        m, c, g = np.split(np.matmul(basis, coefficients), 3, axis=2)
-        delta = self.delta_rad[rows][:, None, :]
-        load = (m + drives.reflected_inertia_kg_m2 * delta) * s2[..., None] + c * (s1**2)[..., None] + g
-        friction = drives.friction_nm(np.sign(delta), delta * s1[..., None], load)
+        count, joints = int(torques.counts[rows].max(initial=1)), self.robot.joint_count
+        delta = self.delta_rad[rows][:, :, None]
+        coefficients = torques.coefficients[rows, :, :count]
+        coefficients[:, :joints, 0] += drives.reflected_inertia_kg_m2 * self.delta_rad[rows]
+        series = np.matmul(coefficients, chebyshev_basis(s, count).swapaxes(1, 2))
+        # Arrays of shape (M', n, P) keep states side by side; those of shape (M', P, n) below are views of such.
+        load, centrifugal, gravity = (series[:, k * joints : (k + 1) * joints] for k in range(3))
+        load *= s2[:, None]
+        centrifugal *= (s1**2)[:, None]
+        load += centrifugal
+        load += gravity
+        velocity = delta * s1[:, None]
+        turned = [x.swapaxes(1, 2) for x in (np.sign(delta), velocity, load)]
+        friction = drives.friction_nm(*turned).swapaxes(1, 2)
         torque = load + friction
-        friction_w = (friction * delta).sum(axis=2) * s1
-        copper_w = torque**2 @ drives.copper_w_per_joint_nm2
-        bus_w = (torque * delta).sum(axis=2) * s1 + copper_w
-        return PathPowers(torque, friction_w, copper_w, bus_w)
+        friction_w = (friction * velocity).sum(axis=1)
+        copper_w = (torque**2 * drives.copper_w_per_joint_nm2[:, None]).sum(axis=1)
+        bus_w = (torque * velocity).sum(axis=1) + copper_w
+        return PathPowers(torque.swapaxes(1, 2), friction_w, copper_w, bus_w)
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
         """Time series of one run at a fixed rate, plus the final instant."""

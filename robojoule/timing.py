@@ -11,8 +11,6 @@ the same run.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,30 +20,14 @@ from robojoule.drive import Array
 from robojoule.dynamics import PathTorques
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
-from robojoule.trajectory import ROUNDING, PathLaw, duration_at_peak_s, path_law, reachable_velocity
+from robojoule.torque_limits import NEVER_BINDS, TorqueLimits, first_reached
+from robojoule.trajectory import ROUNDING, PathLaw, duration_at_peak_s, path_law, reachable_velocity, rest_to_rest_law
 
 Index = NDArray[np.intp]
 
 DURATION_TOLERANCE_S = 1e-9
-_SEARCH_GRID = np.linspace(0.05, 1.0, 20)
-_BISECTIONS = 50
-
-
-@dataclass(frozen=True)
-class _TorqueLimits:
-    """Torque limits of M motions, padded to K each: |inertia a + standing + viscous v + centrifugal v^2| <= usable.
-
-    `steady_velocity`, shape (M,), is the peak velocity up to which steady torques leave the floor within the effort
-    limits of all joints. Where gravity and Coulomb friction alone exceed that, a lower velocity would not help. [1/s]
-    """
-
-    steady_velocity: Array
-    inertia: Array
-    standing: Array
-    viscous: Array
-    centrifugal: Array
-    usable: Array
-    floor: Array
+_SEARCH_GRID = np.linspace(0.125, 1.0, 8)
+_BISECTIONS = (4, 6, 32)
 
 
 class PathTiming:
@@ -68,59 +50,45 @@ class PathTiming:
             self.full_velocity = np.min(robot.velocity_rad_s / np.abs(delta_rad), axis=1)
 
     def acceleration(self, velocity: Array, rows: Index) -> Array:
-        """Path acceleration that the drives allow at peak velocities, shapes (M', ...) -> (M', ...). [1/s2]"""
-        columns = velocity.reshape(len(velocity), -1).T
-        return np.stack([self._acceleration_and_slope(v, rows)[0] for v in columns], axis=-1).reshape(velocity.shape)
+        """Path acceleration that the drives allow at peak velocities, shapes (M', ...) -> (M', ...). [1/s2]
 
-    def _acceleration_and_slope(self, velocity: Array, rows: Index) -> tuple[Array, Array]:
-        """Allowed path acceleration [1/s2] and its derivative after the peak velocity [1/s], shapes (M',)."""
-        limits = self._limits
-        standing, viscous, centrifugal = limits.standing[rows], limits.viscous[rows], limits.centrifugal[rows]
-        v = velocity[:, None]
-        moving = standing + v * (viscous + v * centrifugal)
-        left = limits.usable[rows] - np.maximum(np.abs(standing), np.abs(moving))
-        floor, inertia = limits.floor[rows], limits.inertia[rows]
-        with np.errstate(divide="ignore"):  # a joint that does not move sets no limit
-            ratio = np.maximum(left, floor) / inertia
-        number, tightest = np.arange(len(rows)), ratio.argmin(axis=1)
-        at = (number, tightest)
-        falls = (left[at] > floor[at]) & (np.abs(moving[at]) > np.abs(standing[at]))
-        slope = -np.sign(moving[at]) * (2.0 * centrifugal[at] * velocity + viscous[at]) / inertia[at]
-        return np.asarray(ratio[at]), np.where(falls, slope, 0.0)
+        Velocities beyond what is reached on the path are not asked for.
+        """
+        limits = self._limits[0].of(rows)
+        columns = velocity.reshape(len(velocity), -1).T
+        return np.stack([limits.acceleration(v) for v in columns], axis=-1).reshape(velocity.shape)
 
     @cached_property
-    def _limits(self) -> _TorqueLimits:
-        """Torque limits (a joint at a node) that can be the tightest one at some peak velocity.
+    def _limits(self) -> tuple[TorqueLimits, Array]:
+        """Torque limits that can bind below the highest peak velocities, and these, shape (M,). [1/s]
 
-        A limit whose worst acceleration over all velocities exceeds what another allows at standstill never binds.
+        The highest peak velocity is the one that the joints' speeds allow, the path lets reach, and with which the
+        torques of steady motion leave the floor within the effort limits of all joints. Where gravity and Coulomb
+        friction alone exceed that, a lower velocity would not help.
         """
-        drives, effort, torques = self.robot.drives, self.robot.effort_nm, self.torques
-        shape = torques.at_nodes[2].shape
-        centrifugal = torques.at_nodes[1]
-        inertia = np.abs(torques.at_nodes[0] + (drives.reflected_inertia_kg_m2 * self.delta_rad)[:, None, :])
-        standing = torques.at_nodes[2] + (drives.coulomb_nm * np.sign(self.delta_rad))[:, None, :]
-        viscous = np.broadcast_to((drives.viscous_nm_s_per_rad * self.delta_rad)[:, None, :], shape)
-        usable = np.broadcast_to(drives.torque_use * effort, shape)
-        floor = np.broadcast_to(drives.torque_floor * effort, shape)
-        top = np.where(self.moving, self.full_velocity, 0.0)[:, None, None]
-        worst = np.abs(standing) + top * (np.abs(viscous) + top * np.abs(centrifugal))
-        room = (1.0 - drives.torque_floor) * effort
-        steady = np.full(shape, np.inf)
-        near = worst > room
-        terms = (centrifugal[near], viscous[near], standing[near])
-        steady[near] = _first_reached(*terms, np.broadcast_to(room, shape)[near])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            least = np.maximum(usable - worst, floor) / inertia
-            most = np.maximum(usable - np.abs(standing), floor) / inertia
-        binding = (least <= most.min(axis=(1, 2), keepdims=True)).reshape(self.motions, -1)
-        width = max(int(binding.sum(axis=1).max(initial=0)), 1)
-        chosen = np.argsort(~binding, axis=1, kind="stable")[:, :width]
+        drives, effort = self.robot.drives, self.robot.effort_nm
+        inertia, centrifugal, gravity = self.torques.at_nodes
+        delta = self.delta_rad[:, None, :]
 
-        def take(values: Array) -> Array:
-            return np.take_along_axis(values.reshape(self.motions, -1), chosen, axis=1)
+        def limits(values: Array) -> Array:
+            return np.broadcast_to(values, gravity.shape).reshape(self.motions, -1)
 
-        limits = (take(x) for x in (inertia, standing, viscous, centrifugal, usable, floor))
-        return _TorqueLimits(steady.min(axis=(1, 2)), *limits)
+        every = TorqueLimits(
+            inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2 * delta)), NEVER_BINDS),
+            standing=limits(gravity + drives.coulomb_nm * np.sign(delta)),
+            viscous=limits(drives.viscous_nm_s_per_rad * delta),
+            centrifugal=limits(centrifugal),
+            usable=limits(drives.torque_use * effort),
+            floor=limits(drives.torque_floor * effort),
+        )
+        none = np.zeros(self.motions)
+        reachable = reachable_velocity(every.acceleration(none), drives.filter_time_s)
+        top = np.where(self.moving, np.minimum(self.full_velocity, reachable), 0.0)
+        room = limits((1.0 - drives.torque_floor) * effort)
+        lowest, highest = every.steady_bounds(none, top)
+        near = np.flatnonzero((np.maximum(highest, -lowest) > room).any(axis=1))
+        top[near] = np.minimum(top[near], first_reached(every.of(near), room[near]).min(axis=1, initial=np.inf))
+        return every.binding(none, top), top
 
     @cached_property
     def fastest_velocity(self) -> Array:
@@ -132,72 +100,51 @@ class PathTiming:
         rows = np.flatnonzero(self.moving)
         if rows.size == 0:
             return fastest
-        # Above `top` the peak is not reached on the path, so that it shortens nothing.
-        highest = np.minimum(self.full_velocity, self._limits.steady_velocity)[rows]
-        top = self._bisect(lambda v: ~self._reachable(v, rows), np.zeros(len(rows)), highest)
+        limits, top = self._limits[0].of(rows), self._limits[1][rows]
         candidates = top[:, None] * _SEARCH_GRID
-        low, high = self._first_rise(candidates, rows)
-        floors = self._floor_velocities(rows)
+        low, high = self._first_beyond(candidates, limits)
+        # Until a limit falls to its floor, the duration by it alone falls and then rises; behind, it may fall again. A
+        # rise that is too narrow for the grid therefore ends where a limit falls to its floor.
+        floors = first_reached(limits, limits.usable - limits.floor)
         floored = np.flatnonzero((floors < top[:, None]).any(axis=1))
         if floored.size:
             narrow = np.minimum(floors[floored] * (1.0 - ROUNDING), top[floored, None])
             both = np.sort(np.concatenate([candidates[floored], narrow], axis=1), axis=1)
-            low[floored], high[floored] = self._first_rise(both, rows[floored])
-        fastest[rows] = self._bisect(lambda v: self._duration_slope(v, rows) > 0.0, low, high)
+            low[floored], high[floored] = self._first_beyond(both, limits.of(floored))
+        high_is_fastest = ~self._beyond(high, limits)
+        low = np.where(high_is_fastest, high, low)
+        for steps in _BISECTIONS:  # the narrower the bracket, the fewer limits can bind in it
+            limits = limits.binding(low, high)
+            for _ in range(steps):
+                middle = (low + high) / 2.0
+                beyond = self._beyond(middle, limits)
+                low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        fastest[rows] = low
         return fastest
 
-    def _first_rise(self, candidates: Array, rows: Index) -> tuple[Array, Array]:
-        """Neighbouring candidates between which the duration begins to rise; the last two where it never does.
-
-        Args:
-            candidates: Rising peak velocities, shape (M', C). [1/s]
-            rows: Which motions, shape (M',).
-        """
-        low, high = np.zeros(len(rows)), candidates[:, -1].copy()
-        open_rows = np.ones(len(rows), dtype=bool)
+    def _first_beyond(self, candidates: Array, limits: TorqueLimits) -> tuple[Array, Array]:
+        """Neighbouring candidates (M', C) [1/s] with the first one beyond the fastest; the last two where none is."""
+        low, high = np.zeros(len(candidates)), candidates[:, -1].copy()
+        open_rows = np.ones(len(candidates), dtype=bool)
         for v in candidates.T:
-            rises = self._duration_slope(v, rows) > 0.0
-            low = np.where(open_rows & ~rises, v, low)
-            high = np.where(open_rows & rises, v, high)
-            open_rows &= ~rises
+            beyond = self._beyond(v, limits)
+            low = np.where(open_rows & ~beyond, v, low)
+            high = np.where(open_rows & beyond, v, high)
+            open_rows &= ~beyond
         return low, high
 
-    def _floor_velocities(self, rows: Index) -> Array:
-        """Peak velocities at which a torque limit falls to its floor, shape (M', K); infinite if it never does. [1/s]
-
-        Until there, the duration by one limit alone falls and then rises; behind it, it may fall again. A rise that is
-        too narrow for the search grid therefore ends in one of these.
-        """
-        limits = self._limits
-        a, b, c = limits.centrifugal[rows], limits.viscous[rows], limits.standing[rows]
-        return _first_reached(a, b, c, limits.usable[rows] - limits.floor[rows])
-
-    @staticmethod
-    def _bisect(beyond: Callable[[Array], NDArray[np.bool_]], low: Array, high: Array) -> Array:
-        """Largest values from which `beyond` is false; `high` itself where it is false there."""
-        result = np.where(beyond(high), low, high)
-        low, high = result.copy(), high.copy()
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            outside = beyond(middle)
-            low, high = np.where(outside, low, middle), np.where(outside, middle, high)
-        return low
-
-    def _reachable(self, velocity: Array, rows: Index) -> NDArray[np.bool_]:
-        acceleration = self.acceleration(velocity, rows)
-        return np.asarray(reachable_velocity(acceleration, self.robot.drives.filter_time_s) >= velocity, dtype=np.bool_)
-
-    def _duration_slope(self, velocity: Array, rows: Index) -> Array:
-        """Derivative of the duration 1/v + T_a(v) after the peak velocity, shapes (M',). [s2]"""
+    def _beyond(self, velocity: Array, limits: TorqueLimits) -> NDArray[np.bool_]:
+        """Whether a higher peak velocity makes the motion longer, or this one is not reached on the path."""
         filter_s = self.robot.drives.filter_time_s
-        a, slope = self._acceleration_and_slope(velocity, rows)
-        with_plateau = 1.0 / a - velocity * slope / a**2
-        without = np.sqrt(filter_s / (velocity * a)) - np.sqrt(velocity * filter_s / a**3) * slope
-        return np.where(velocity >= a * filter_s, with_plateau, without) - 1.0 / velocity**2
+        a, slope = limits.acceleration_and_slope(velocity)
+        plateau = velocity >= a * filter_s
+        root = np.sqrt(filter_s / (velocity * a))
+        ramp = np.where(plateau, velocity / a + filter_s, 2.0 * velocity * root)
+        after_velocity = np.where(plateau, (1.0 - velocity * slope / a) / a, (1.0 - velocity * slope / a) * root)
+        return np.asarray((after_velocity > 1.0 / velocity**2) | (velocity * ramp > 1.0), dtype=np.bool_)
 
     def _duration_at(self, velocity: Array, rows: Index) -> Array:
-        filter_s = self.robot.drives.filter_time_s
-        return duration_at_peak_s(velocity, self.acceleration(velocity, rows), filter_s)
+        return duration_at_peak_s(velocity, self.acceleration(velocity, rows), self.robot.drives.filter_time_s)
 
     def peak_velocities(self, speed_limits: ArrayLike) -> Array:
         """Peak path velocity under speed limits.
@@ -274,39 +221,20 @@ class PathTiming:
         return result
 
     def law(self, index: int, peak_velocity: float) -> PathLaw:
-        """Time law of motion `index` at a peak path velocity [1/s]."""
-        return self.laws(np.array([[peak_velocity]]), np.array([index]))[0]
+        """Time law of motion `index` at a peak path velocity [1/s], by Ruckig."""
+        acceleration = float(self.acceleration(np.array([peak_velocity]), np.array([index]))[0])
+        jerk = acceleration / self.robot.drives.filter_time_s
+        return path_law(float(self.travel_rad[index]), peak_velocity, acceleration, jerk)
 
-    def laws(self, peak_velocity: Array, rows: Index) -> list[PathLaw]:
-        """Time laws of some motions at peak path velocities.
+    def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
+        """Time laws of some motions at peak path velocities, in closed form.
 
         Args:
             peak_velocity: Peak path velocities, shape (M', S). [1/s]
             rows: Which motions, shape (M',).
 
         Returns:
-            M' S laws, motion by motion.
+            The laws, with arrays of shape (M', S, 7).
         """
         acceleration = self.acceleration(peak_velocity, rows)
-        filter_s = self.robot.drives.filter_time_s
-        return [
-            path_law(float(self.travel_rad[m]), float(v), float(a), float(a) / filter_s)
-            for m, vs, accelerations in zip(rows, peak_velocity, acceleration, strict=True)
-            for v, a in zip(vs, accelerations, strict=True)
-        ]
-
-
-def _first_reached(centrifugal: Array, viscous: Array, standing: Array, room: Array) -> Array:
-    """Least velocity at which |standing + viscous v + centrifugal v^2| reaches `room`; infinite if it never does.
-
-    Also infinite where it is beyond already at standstill. All of one shape. [1/s]
-    """
-    found = np.full(standing.shape, np.inf)
-    for side in (-1.0, 1.0):
-        offset = standing + side * room
-        with np.errstate(invalid="ignore", divide="ignore"):
-            root = np.sqrt(viscous**2 - 4.0 * centrifugal * offset)
-            for q in (-(viscous + root) / 2.0, -(viscous - root) / 2.0):  # the two ways that lose no digits
-                for v in (q / centrifugal, offset / q):
-                    found = np.where((v > 0.0) & (v < found), v, found)
-    return np.where(np.abs(standing) < room, found, np.inf)
+        return rest_to_rest_law(peak_velocity, acceleration, self.robot.drives.filter_time_s)

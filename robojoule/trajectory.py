@@ -2,8 +2,8 @@
 
 A point-to-point motion moves q(s) = q0 + s (q1 - q0), s from 0 to 1. All joints share s(t), so one path coordinate with
 limits on its velocity, acceleration and jerk is the whole trajectory (KUKA PTP and UR movej are synchronised likewise).
-Ruckig computes it. For a motion from rest to rest the law is symmetric and known in closed form, which serves where
-only durations are needed (searches over many speed limits): with acceleration a, jerk j = a / T_f and peak velocity v,
+Ruckig computes single laws. From rest to rest the law is symmetric and known in closed form, which serves where many
+motions run at many speed limits at once: with acceleration a, jerk j = a / T_f and peak velocity v,
 
     T_a = v/a + T_f             if v >= a T_f,        else 2 sqrt(v/j)           (time to reach v from rest)
     d   = 1/v + T_a                                    as long as v T_a <= 1      (v is reached)
@@ -11,10 +11,10 @@ only durations are needed (searches over many speed limits): with acceleration a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
 from robojoule.drive import Array
@@ -26,14 +26,14 @@ PHASES = 7  # jerk up, constant acceleration, jerk down, cruise, and the mirror 
 
 @dataclass(frozen=True)
 class PathLaw:
-    """Time law s(t) of one run in seven phases of constant jerk.
+    """Time law s(t) of one run in seven phases of constant jerk; of many runs where arrays have leading axes.
 
     Attributes:
-        duration_s: Length of each phase, shape (7,). [s]
-        jerk: Path jerk in each phase, shape (7,). [1/s3]
-        acceleration: Path acceleration at the start of each phase, shape (7,). [1/s2]
-        velocity: Path velocity at the start of each phase, shape (7,). [1/s]
-        position: Path position at the start of each phase, shape (7,). [-]
+        duration_s: Length of each phase, shape (..., 7). [s]
+        jerk: Path jerk in each phase, shape (..., 7). [1/s3]
+        acceleration: Path acceleration at the start of each phase, shape (..., 7). [1/s2]
+        velocity: Path velocity at the start of each phase, shape (..., 7). [1/s]
+        position: Path position at the start of each phase, shape (..., 7). [-]
     """
 
     duration_s: Array
@@ -42,13 +42,17 @@ class PathLaw:
     velocity: Array
     position: Array
 
+    def of(self, rows: slice | NDArray[np.intp]) -> PathLaw:
+        """Some of many laws, by their first axis."""
+        return PathLaw(*(getattr(self, field.name)[rows] for field in fields(self)))
+
     @property
     def total_s(self) -> float:
-        """Duration of the run. [s]"""
+        """Duration of a single run. [s]"""
         return float(self.duration_s.sum())
 
     def at(self, time_s: ArrayLike) -> tuple[Array, Array, Array, Array]:
-        """Evaluate the law.
+        """Evaluate the law of a single run.
 
         Args:
             time_s: Instants within [0, duration], shape (T,). [s]
@@ -105,6 +109,37 @@ def path_law(length: float, velocity: float, acceleration: float, jerk: float) -
 
 
 _GENERATOR = Ruckig(1)
+
+
+def rest_to_rest_law(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:
+    """Laws of the unit path in closed form, jerk = acceleration / filter time.
+
+    Args:
+        velocity: Peak path velocities, which the path lets reach, any shape. [1/s]
+        acceleration: Largest path accelerations, the same shape. [1/s2]
+        filter_time_s: Length of a full jerk phase. [s]
+
+    Returns:
+        The laws, with arrays of shape (..., 7).
+    """
+    jerk = acceleration / filter_time_s
+    full = velocity >= acceleration * filter_time_s
+    ramp = np.where(full, filter_time_s, np.sqrt(velocity / jerk))
+    plateau = np.where(full, velocity / acceleration - filter_time_s, 0.0)
+    cruise = np.maximum(1.0 / velocity - 2.0 * ramp - plateau, 0.0)
+    peak = jerk * ramp  # acceleration on the plateau
+    rise = peak * ramp / 2.0  # velocity gained in a jerk phase
+    first = peak * ramp**2 / 6.0
+    second = first + plateau * (rise + peak * plateau / 2.0)
+    third = velocity * (2.0 * ramp + plateau) / 2.0
+    none = np.zeros_like(velocity)
+    return PathLaw(
+        duration_s=np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1),
+        jerk=np.stack([jerk, none, -jerk, none, -jerk, none, jerk], axis=-1),
+        acceleration=np.stack([none, peak, peak, none, none, -peak, -peak], axis=-1),
+        velocity=np.stack([none, rise, velocity - rise, velocity, velocity, velocity - rise, rise], axis=-1),
+        position=np.stack([none, first, second, third, 1.0 - third, 1.0 - second, 1.0 - first], axis=-1),
+    )
 
 
 def ramp_time_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: float) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from robojoule.dynamics import chebyshev_basis, chebyshev_nodes, inverse_dynamics, node_count, path_torques
+from robojoule.dynamics import chebyshev_basis, chebyshev_nodes, inverse_dynamics, node_counts, path_torques
 from tests.core_cases import hard_paths, kr16, random_motions
 
 
@@ -31,11 +31,12 @@ def test_projection_equals_full_inverse_dynamics_at_random_states(robot):
         assert projected == pytest.approx(full, abs=1e-9 * max(1.0, np.abs(full).max()))
 
 
-def test_far_motions_have_enough_nodes(robot):
+def test_series_end_below_rounding(robot):
     paths = hard_paths(robot)
-    for coefficients in (paths.torques.inertia_nm_s2, paths.torques.velocity_nm_s2, paths.torques.gravity_nm):
-        tail = np.abs(coefficients[:, -4:]).max()
-        assert tail <= 1e-9 * np.abs(coefficients).max()
+    for torques in (paths.torques, path_torques(robot, *random_motions(robot, 200))):
+        for motion, count in enumerate(torques.counts):
+            tail = np.abs(torques.coefficients[motion, :, count - 2 : count]).max()
+            assert tail <= 1e-9 * np.abs(torques.coefficients[motion]).max()
 
 
 def test_batched_inverse_dynamics_equals_pinocchios_own_call(robot):
@@ -65,8 +66,36 @@ def test_nodes_and_basis():
         assert basis[:, k] == pytest.approx(np.cos(k * np.arccos(np.clip(2 * nodes - 1, -1, 1))), abs=1e-12)
 
 
-def test_node_count_grows_with_travel():
-    counts = [node_count(np.full((1, 6), travel)) for travel in (0.0, 0.5, 2.0, 6.0, 50.0)]
-    assert counts == sorted(counts)
+def test_node_counts_grow_with_travel(robot):
+    travel = np.array([0.0, 0.5, 2.0, 6.0, 60.0])
+    counts = node_counts(robot, np.repeat(travel[:, None], 6, axis=1))
+    assert np.all(np.diff(counts) >= 0)
     assert counts[-1] >= 600
-    assert node_count(np.zeros((0, 6))) == counts[0]
+    assert node_counts(robot, np.zeros((0, 6))).shape == (0,)
+
+
+def test_a_first_joint_about_the_vertical_needs_no_nodes(robot):
+    delta = np.array([[6.0, 0, 0, 0, 0, 0], [0, 6.0, 0, 0, 0, 0]])
+    counts = node_counts(robot, delta)
+    assert counts[0] == node_counts(robot, np.zeros((1, 6)))[0] < counts[1]
+    leaning = kr16()
+    leaning.model.gravity.linear = np.array([5.0, 0.0, -8.0])
+    assert node_counts(leaning, delta)[0] == counts[1]
+    start = np.zeros((2, 6))
+    exact = path_torques(leaning, start, delta, 60)
+    assert path_torques(leaning, start, delta).gravity_nm[0] == pytest.approx(
+        exact.gravity_nm[0, : counts[1]], abs=1e-7
+    )
+
+
+def test_a_motion_does_not_depend_on_its_companions(robot):
+    start, end = random_motions(robot, 60)
+    torques = path_torques(robot, start, end - start)
+    assert len(np.unique(torques.counts)) > 1
+    for part in (slice(0, 1), slice(7, 25), slice(20, 60)):
+        alone = path_torques(robot, start[part], (end - start)[part])
+        width = alone.coefficients.shape[2]
+        assert np.array_equal(alone.counts, torques.counts[part])
+        assert np.array_equal(alone.coefficients, torques.coefficients[part, :, :width])
+        for found, expected in zip(alone.at_nodes, torques.at_nodes, strict=True):
+            assert np.array_equal(found[:, -1], expected[part, -1])

@@ -15,7 +15,17 @@ import yaml
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("robojoule", "stages", "flows")
 EDGES = ("robojoule.cli", "robojoule.report", "robojoule.formats")
-PHYSICS = ("robots", "trajectory", "dynamics", "drive", "quadrature", "simulation", "timing")
+PHYSICS = (
+    "robots",
+    "trajectory",
+    "dynamics",
+    "recursion",
+    "drive",
+    "quadrature",
+    "simulation",
+    "timing",
+    "torque_limits",
+)
 BASE = ("errors", "documents")
 # Carry or record values but make none, so no stage has to run again when they change (dvc.yaml says so too).
 PLUMBING = {"robojoule/__init__.py", "robojoule/errors.py", "robojoule/config.py"} | {

@@ -1,33 +1,73 @@
-"""Quadrature against analytic integrals, smooth and kinked."""
+"""Quadrature against analytic integrals, smooth and kinked, and against the time law itself."""
 
 import numpy as np
 import pytest
 
-from robojoule.quadrature import phase_quadrature
+from robojoule.quadrature import lobatto, run_quadrature
+from robojoule.trajectory import rest_to_rest_law
 
 
-@pytest.mark.parametrize("nodes", [8, 12, 25])
-def test_smooth_integrals_are_exact(nodes):
-    rule = phase_quadrature(nodes)
+@pytest.fixture(scope="module")
+def law():
+    """Runs with and without cruise and plateau, shape (2, 3)."""
+    velocity = np.array([[0.1, 1.0, 1.5], [0.4, 1.2, 2.0]])
+    return rest_to_rest_law(velocity, np.array([[20.0, 5.0, 30.0], [1.0, 12.0, 60.0]]), 0.1)
+
+
+def instants(law, quadrature):
+    """Times of the nodes, from the law's own phases."""
+    starts = np.cumsum(law.duration_s, axis=-1) - law.duration_s
+    return quadrature._polynomials(starts, law.duration_s)
+
+
+@pytest.mark.parametrize("nodes", [3, 8, 12, 25])
+def test_polynomials_are_integrated_and_derived_exactly(nodes):
+    x, integrals, slopes = lobatto(nodes)
+    assert x[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-15)
+    assert np.all(np.diff(x) > 0)
     for power in range(nodes):
-        assert rule.integral(rule.nodes**power) == pytest.approx(1.0 / (power + 1), abs=1e-14)
+        assert integrals @ x**power == pytest.approx(x ** (power + 1) / (power + 1), abs=1e-13)
+        assert slopes @ x**power == pytest.approx(power * x ** max(power - 1, 0), abs=1e-9)
+    for power in range(nodes, 2 * nodes - 2):  # the weights are exact up to degree 2 N - 3
+        assert integrals[-1] @ x**power == pytest.approx(1.0 / (power + 1), abs=1e-13)
 
 
-@pytest.mark.parametrize("nodes", [8, 12, 25])
-@pytest.mark.parametrize("root", [0.0, 0.003, 0.31, 0.5, 0.77, 0.999, 1.0])
-def test_positive_part_of_a_line(nodes, root):
-    rule = phase_quadrature(nodes)
-    assert float(rule.positive_part(rule.nodes - root)) == pytest.approx((1 - root) ** 2 / 2, abs=1e-12)
-    assert float(rule.positive_part(root - rule.nodes)) == pytest.approx(root**2 / 2, abs=1e-12)
+@pytest.mark.parametrize("nodes", [13, 29])
+def test_states_are_those_of_the_law(law, nodes):
+    quadrature = run_quadrature(nodes)
+    states, times = quadrature.states(law), instants(law, quadrature)
+    for run in np.ndindex(2, 3):
+        one = law.of(run[0]).of(run[1])
+        for found, expected in zip(states, one.at(times[run]), strict=False):
+            assert found[run] == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
 
 
-def test_positive_part_of_a_wave():
-    rule = phase_quadrature(25)
-    values = np.stack([np.sin(2 * np.pi * rule.nodes), np.sin(3 * np.pi * rule.nodes), 2.0 + rule.nodes])
-    assert rule.positive_part(values) == pytest.approx([1 / np.pi, 4 / (3 * np.pi), 2.5], abs=2e-4)
+def test_integrals_over_a_run(law):
+    quadrature = run_quadrature(13)
+    position, velocity, acceleration = quadrature.states(law)
+    weights = quadrature.weights(law)
+    assert weights.sum(axis=-1) == pytest.approx(law.duration_s.sum(axis=-1), rel=1e-13)
+    assert (velocity * weights).sum(axis=-1) == pytest.approx(np.ones((2, 3)), abs=1e-9)
+    assert (acceleration * weights).sum(axis=-1) == pytest.approx(np.zeros((2, 3)), abs=1e-9)
+    assert (position * weights).sum(axis=-1) == pytest.approx(law.duration_s.sum(axis=-1) / 2.0, rel=1e-9)
 
 
-def test_shapes_are_kept():
-    rule = phase_quadrature(8)
-    values = np.ones((3, 4, 2, 8)) * np.linspace(-1, 1, 8)
-    assert rule.positive_part(values).shape == (3, 4, 2)
+def test_positive_part_of_lines_in_time(law):
+    """Lines that change sign anywhere, also within the shortest phases and at their ends."""
+    quadrature = run_quadrature(13)
+    times, total = instants(law, quadrature), law.duration_s.sum(axis=-1)
+    for share in np.append(np.linspace(0.0, 1.0, 41), 0.003):
+        root = share * total
+        rising, falling = times - root[..., None], root[..., None] - times
+        assert quadrature.positive_part(rising, law) == pytest.approx((total - root) ** 2 / 2.0, abs=1e-12)
+        assert quadrature.positive_part(falling, law) == pytest.approx(root**2 / 2.0, abs=1e-12)
+
+
+def test_positive_part_of_waves(law):
+    quadrature = run_quadrature(29)
+    times, total = instants(law, quadrature), law.duration_s.sum(axis=-1)
+    turns = 2.0 * np.pi * times / total[..., None]
+    assert quadrature.positive_part(np.sin(turns), law) == pytest.approx(total / np.pi, rel=1e-4)
+    assert quadrature.positive_part(-np.sin(turns), law) == pytest.approx(total / np.pi, rel=1e-4)
+    assert quadrature.positive_part(2.0 + np.sin(turns), law) == pytest.approx(2.0 * total, rel=1e-9)
+    assert np.all(quadrature.positive_part(-2.0 - np.sin(turns), law) == 0.0)

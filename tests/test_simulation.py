@@ -7,10 +7,11 @@ import pinocchio as pin
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.quadrature import phase_quadrature
+from robojoule.quadrature import RunQuadrature
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
+from robojoule.trajectory import duration_at_peak_s
 from tests.core_cases import HARD_MOTIONS_DEG, SPEED_LIMITS, hard_paths, kr16, random_motions
 
 PARTS = ("potential_j", "friction_j", "copper_j", "braking_j", "inverter_j", "base_j", "drive_active_j")
@@ -79,9 +80,23 @@ def test_energies_at_250_hz_within_a_tenth_of_a_percent_of_4_khz(robot, paths):
 
 
 def test_quadrature_has_converged(robot, paths, runs):
-    finer = MotionPaths(robot, paths.start_rad, paths.start_rad + paths.delta_rad)
-    finer.__dict__["_quadratures"] = [(list(range(7)), phase_quadrature(70))]
-    assert finer.simulate(SPEED_LIMITS).energy_j == pytest.approx(runs.energy_j, rel=1e-6)
+    class Finer(MotionPaths):
+        def _quadrature(self, path_nodes: int) -> RunQuadrature:
+            return RunQuadrature(30, 40, 70)
+
+    finer = Finer(robot, paths.start_rad, paths.start_rad + paths.delta_rad).simulate(SPEED_LIMITS)
+    assert finer.energy_j == pytest.approx(runs.energy_j, rel=1e-4)
+    for name in ("potential_j", "friction_j", "copper_j"):  # no kink
+        assert getattr(finer, name) == pytest.approx(getattr(runs, name), abs=1e-6 * runs.energy_j.max())
+
+
+def test_runs_do_not_depend_on_the_motions_beside_them(robot):
+    start, end = random_motions(robot, 90, seed=3)
+    whole = MotionPaths(robot, start, end).simulate(SPEED_LIMITS)
+    for part in (slice(0, 1), slice(5, 47), slice(47, 90)):
+        alone = MotionPaths(robot, start[part], end[part]).simulate(SPEED_LIMITS)
+        for field in dataclasses.fields(whole):
+            assert np.array_equal(getattr(alone, field.name), getattr(whole, field.name)[part])
 
 
 def test_at_rest_power_is_idle_power(robot):
@@ -160,6 +175,34 @@ def test_durations_never_rise_with_the_speed_limit(robot):
     """Also where the torque floor makes the duration fall again behind a narrow rise."""
     paths = MotionPaths(robot, *random_motions(robot, 400, seed=4))
     assert np.diff(paths.durations(np.linspace(0.02, 1.0, 300)), axis=1).max() <= 1e-12
+
+
+@pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "kuka_kr500_r2800_2", "ur_ur10e"])
+def test_fastest_peak_velocity_is_where_the_duration_begins_to_rise(name):
+    """Against a scan over velocities, from the definition of the limits at every node and joint."""
+    robot = load_robot(name, Payload(8.0))
+    paths = MotionPaths(robot, *random_motions(robot, 60, seed=9))
+    drives, delta = robot.drives, paths.delta_rad[:, None, :]
+    inertia, centrifugal, gravity = paths.torques.at_nodes
+    inertia = np.abs(inertia + drives.reflected_inertia_kg_m2 * delta)
+    standing = gravity + drives.coulomb_nm * np.sign(delta)
+    fastest, scale = paths.timing.fastest_velocity, np.append(np.linspace(0.02, 1.0, 800), 1.001)
+    durations = []
+    for v in scale[:, None] * fastest:
+        moving = standing + v[:, None, None] * (drives.viscous_nm_s_per_rad * delta + v[:, None, None] * centrifugal)
+        left = drives.torque_use * robot.effort_nm - np.maximum(np.abs(standing), np.abs(moving))
+        a = (np.maximum(left, drives.torque_floor * robot.effort_nm) / inertia).min(axis=(1, 2))
+        durations.append(duration_at_peak_s(v, a, drives.filter_time_s))
+    durations = np.array(durations)
+    assert np.diff(durations[:-1], axis=0).max() <= 1e-12
+    ends = (durations[-1] > durations[-2]) | np.isclose(fastest, paths.timing.full_velocity)
+    room = (1.0 - drives.torque_floor) * robot.effort_nm
+    steady = np.abs(
+        standing
+        + fastest[:, None, None] * (drives.viscous_nm_s_per_rad * delta)
+        + fastest[:, None, None] ** 2 * centrifugal
+    )
+    assert np.all(ends | (steady > room * (1 - 1e-9)).any(axis=(1, 2)))
 
 
 def test_joint_velocities_keep_the_speed_limit(robot, paths):

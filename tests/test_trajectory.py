@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from ruckig import InputParameter, Result, Ruckig, Synchronization, Trajectory
 
-from robojoule.trajectory import PHASES, duration_at_peak_s, path_law, ramp_time_s, reachable_velocity
+from robojoule.trajectory import (
+    PHASES,
+    duration_at_peak_s,
+    path_law,
+    ramp_time_s,
+    reachable_velocity,
+    rest_to_rest_law,
+)
 
 CASES = {
     "cruise": (1.0, 0.5, 4.0, 50.0),
@@ -52,6 +59,21 @@ def test_closed_form_equals_ruckig(filter_time_s):
         velocity = top * rng.uniform(0.02, 1.0)
         expected = path_law(1.0, velocity, acceleration, acceleration / filter_time_s).total_s
         assert float(duration_at_peak_s(velocity, acceleration, filter_time_s)) == pytest.approx(expected, abs=1e-9)
+
+
+def test_laws_in_closed_form_equal_ruckigs():
+    rng = np.random.default_rng(8)
+    acceleration = 10 ** rng.uniform(-1, 2, (40, 5))
+    velocity = reachable_velocity(acceleration, 0.08) * rng.uniform(0.02, 1.0, (40, 5))
+    laws = rest_to_rest_law(velocity, acceleration, 0.08)
+    for run in np.ndindex(40, 5):
+        law = laws.of(run[0]).of(run[1])
+        expected = path_law(1.3, velocity[run], acceleration[run], acceleration[run] / 0.08)
+        assert law.total_s == pytest.approx(expected.total_s, abs=1e-9)
+        times = np.linspace(0.0, min(law.total_s, expected.total_s), 50)
+        scales = (1.0, velocity[run], acceleration[run])
+        for found, exact, scale in zip(law.at(times), expected.at(times), scales, strict=False):
+            assert found == pytest.approx(exact, abs=1e-8 * scale)
 
 
 def test_reachable_velocity_is_where_the_cruise_vanishes():

@@ -15,6 +15,7 @@ does not grow with the number of time nodes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +24,11 @@ import pinocchio as pin
 from robojoule.drive import Array, DriveParameters
 from robojoule.dynamics import chebyshev_basis
 from robojoule.errors import InputError
-from robojoule.quadrature import PhaseQuadrature, phase_quadrature
+from robojoule.quadrature import run_quadrature
 from robojoule.robots.robot import Robot
 from robojoule.simulation import MotionPaths
 from robojoule.timing import Index
-from robojoule.trajectory import PHASES
+from robojoule.trajectory import rest_to_rest_law
 
 _CHUNK = 160  # runs evaluated at once: keeps the work arrays in the processor's cache
 BODY_PARAMETERS = 10  # mass, first moments (3), inertia about the joint's origin (6)
@@ -111,6 +112,7 @@ class PathIntegrals:
             self.acceleration[self.rows] = timing.acceleration(self.peak_velocity[self.rows], self.rows)
         self.duration_s = timing.durations(speed_limits)
         torques = paths.torques
+        self.counts = torques.counts
         self.coefficients = np.concatenate([torques.inertia_nm_s2, torques.velocity_nm_s2, torques.gravity_nm], axis=2)
         self.regressors = link_regressors(self.robot, paths.start_rad, self.delta_rad, torques.nodes_s, directions)
 
@@ -134,16 +136,15 @@ class PathIntegrals:
         parts = {name: np.zeros((motions, speeds, width)) for name, width in names.items()} if gradient else {}
         drawn = np.zeros((motions, speeds))
         moments = np.zeros((motions if gradient else 0, speeds, len(inertial)))
-        chunk = max(1, _CHUNK // speeds)
-        for first in range(0, len(self.rows), chunk):
-            rows = self.rows[first : first + chunk]
-            bus, positive, weights = self._integrate(rows, coefficients[rows], drives, factor[rows], parts)
+        for rows in self._chunks(max(1, _CHUNK // speeds)):
+            count = int(self.counts[rows[0]])
+            bus, positive, weights = self._integrate(rows, coefficients[rows, :count], drives, factor[rows], parts)
             power = drives.base_power_w + drives.drive_active_power_w
             energy[rows] = power * self.duration_s[rows] + positive / drives.inverter_efficiency
             energy[rows] -= drives.regeneration_efficiency * (positive - bus)
             drawn[rows] = positive
             if gradient and len(inertial):
-                regressors = self.regressors[rows].reshape(len(rows), -1, len(inertial))
+                regressors = self.regressors[rows, :count].reshape(len(rows), -1, len(inertial))
                 moments[rows] = weights.reshape(len(rows), speeds, -1) @ regressors
         gradients: list[EnergyGradient | None] = [None, None]
         idle, idle_gradient = self._idle(coefficients, drives, gradient=gradient)
@@ -156,33 +157,12 @@ class PathIntegrals:
             ]
         return EnergyIntegrals(energy, idle, *gradients)
 
-    def _phases(self, rows: Index) -> tuple[Array, Array, Array, Array, Array]:
-        """Length, jerk, acceleration, velocity and position at the start of each phase, each (M', S, 7)."""
-        v, a = self.peak_velocity[rows], self.acceleration[rows]
-        jerk = a / self.filter_s
-        full = v >= a * self.filter_s
-        ramp = np.where(full, self.filter_s, np.sqrt(v / jerk))
-        plateau = np.where(full, v / a - self.filter_s, 0.0)
-        cruise = np.maximum(1.0 / v - 2.0 * ramp - plateau, 0.0)
-        zero = np.zeros_like(v)
-        length = np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1)
-        jerks = np.stack([jerk, zero, -jerk, zero, -jerk, zero, jerk], axis=-1)
-        state = np.zeros((3, *length.shape))  # acceleration, velocity, position
-        for phase in range(PHASES - 1):
-            t, j = length[..., phase], jerks[..., phase]
-            acc, vel, pos = state[..., phase]
-            state[0, ..., phase + 1] = acc + j * t
-            state[1, ..., phase + 1] = vel + t * (acc + t * j / 2)
-            state[2, ..., phase + 1] = pos + t * (vel + t * (acc / 2 + t * j / 6))
-        return length, jerks, state[0], state[1], state[2]
-
-    def _quadratures(self) -> list[tuple[list[int], PhaseQuadrature]]:
-        count = self.coefficients.shape[1]
-        return [
-            ([0, 2, 4, 6], phase_quadrature(max(8, count * 2 // 5))),
-            ([1, 5], phase_quadrature(max(10, count // 2))),
-            ([3], phase_quadrature(count)),
-        ]
+    def _chunks(self, size: int) -> Iterator[Index]:
+        """Motions of as many path nodes, a few at once."""
+        for count in np.unique(self.counts[self.rows]):
+            rows = self.rows[self.counts[self.rows] == count]
+            for first in range(0, len(rows), size):
+                yield rows[first : first + size]
 
     def _integrate(
         self, rows: Index, coefficients: Array, drives: DriveParameters, viscosity: Array, parts: dict[str, Array]
@@ -191,8 +171,8 @@ class PathIntegrals:
 
         Also returns the integrals of dP/dl times (s'', s'^2, 1) times the basis, shape (M', S, K, 3 n).
         """
-        length, jerk, acc, vel, pos = self._phases(rows)
-        motions, speeds = length.shape[:2]
+        law = rest_to_rest_law(self.peak_velocity[rows], self.acceleration[rows], self.filter_s)
+        motions, speeds = law.duration_s.shape[:2]
         count, joints = coefficients.shape[1], self.delta_rad.shape[1]
         delta = self.delta_rad[rows][:, None, :]
         direction = np.sign(delta)
@@ -200,43 +180,34 @@ class PathIntegrals:
         reflected = drives.reflected_inertia_kg_m2 * delta
         viscous = drives.viscous_nm_s_per_rad * viscosity[:, None, None]
         load_friction = np.broadcast_to(np.asarray(drives.load_friction, dtype=float), (joints,))
-        bus_total, drawn = np.zeros((motions, speeds)), np.zeros((motions, speeds))
-        weights = np.zeros((motions, speeds, count, 3 * joints) if parts else (0,))
-        for phases, quadrature in self._quadratures():
-            tau = length[..., phases, None] * quadrature.nodes
-            j, a, v, p = (x[..., phases, None] for x in (jerk, acc, vel, pos))
-            shape = tau.shape
-            s = (p + tau * (v + tau * (a / 2 + tau * j / 6))).reshape(motions, -1)
-            s1 = (v + tau * (a + tau * j / 2)).reshape(motions, -1, 1)
-            s2 = (a + tau * j).reshape(motions, -1, 1)
-            basis = chebyshev_basis(s, count)
-            m, c, g = np.split(np.matmul(basis, coefficients), 3, axis=2)
-            load = (m + reflected) * s2 + c * s1**2 + g
-            speed = delta * s1
-            torque = load + direction * (drives.coulomb_nm + load_friction * np.abs(load)) + viscous * speed
-            power = (torque * speed).sum(axis=2) + torque**2 @ copper
-            bus = power.reshape(shape)
-            time = length[..., phases]
-            bus_total += (quadrature.integral(bus) * time).sum(axis=-1)
-            drawn += (quadrature.positive_part(bus) * time).sum(axis=-1)
-            if not parts:
-                continue
-            gain = np.where(bus > 0.0, 1.0 / drives.inverter_efficiency, drives.regeneration_efficiency)
-            weight = (gain * quadrature.weights * time[..., None]).reshape(motions, -1, 1)
-            after_torque = weight * (speed + 2.0 * copper * torque)
-            after_load = after_torque * (1.0 + load_friction * direction * np.sign(load))
-            terms = {
-                "coulomb": after_torque * direction,
-                "viscous": after_torque * speed * viscosity[:, None, None],
-                "load_friction": after_torque * direction * np.abs(load),
-                "copper": weight * torque**2,
-                "rotor": after_load * delta * s2,
-            }
-            for name, values in terms.items():
-                parts[name][rows] += values.reshape(motions, speeds, -1, joints).sum(axis=2)
-            moments = np.concatenate([after_load * s2, after_load * s1**2, after_load], axis=2)
-            moments = moments.reshape(motions, speeds, -1, 3 * joints)
-            weights += np.matmul(np.swapaxes(basis.reshape(motions, speeds, -1, count), 2, 3), moments)
+        quadrature = run_quadrature(count)
+        s, s1, s2 = (x.reshape(motions, -1, 1) for x in quadrature.states(law))
+        basis = chebyshev_basis(s[..., 0], count)
+        m, c, g = np.split(np.matmul(basis, coefficients), 3, axis=2)
+        load = (m + reflected) * s2 + c * s1**2 + g
+        speed = delta * s1
+        torque = load + direction * (drives.coulomb_nm + load_friction * np.abs(load)) + viscous * speed
+        bus = ((torque * speed).sum(axis=2) + torque**2 @ copper).reshape(motions, speeds, -1)
+        time = quadrature.weights(law)
+        bus_total, drawn = (bus * time).sum(axis=-1), quadrature.positive_part(bus, law)
+        if not parts:
+            return bus_total, drawn, np.zeros(0)
+        gain = np.where(bus > 0.0, 1.0 / drives.inverter_efficiency, drives.regeneration_efficiency)
+        weight = (gain * time).reshape(motions, -1, 1)
+        after_torque = weight * (speed + 2.0 * copper * torque)
+        after_load = after_torque * (1.0 + load_friction * direction * np.sign(load))
+        terms = {
+            "coulomb": after_torque * direction,
+            "viscous": after_torque * speed * viscosity[:, None, None],
+            "load_friction": after_torque * direction * np.abs(load),
+            "copper": weight * torque**2,
+            "rotor": after_load * delta * s2,
+        }
+        for name, values in terms.items():
+            parts[name][rows] = values.reshape(motions, speeds, -1, joints).sum(axis=2)
+        moments = np.concatenate([after_load * s2, after_load * s1**2, after_load], axis=2)
+        moments = moments.reshape(motions, speeds, -1, 3 * joints)
+        weights = np.matmul(np.swapaxes(basis.reshape(motions, speeds, -1, count), 2, 3), moments)
         return bus_total, drawn, weights
 
     def _idle(

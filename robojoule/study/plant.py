@@ -17,7 +17,6 @@ from __future__ import annotations
 import copy
 import zlib
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,10 +25,9 @@ from pydantic import Field
 from robojoule.documents import Document
 from robojoule.drive import Array, DriveParameters
 from robojoule.predictor.inertial import draw_errors, robot_variant
-from robojoule.quadrature import PhaseQuadrature, phase_quadrature
+from robojoule.quadrature import RunQuadrature, run_quadrature
 from robojoule.robots.robot import Robot
 from robojoule.simulation import MotionPaths, PathPowers
-from robojoule.timing import Index
 
 _FINER = 1.5  # quadrature nodes of the plant over those of the simulation
 
@@ -156,7 +154,7 @@ class PlantPaths(MotionPaths):
             warm.robot = robot_variant(robot, drives)
             self._at_temperature.append(warm)
 
-    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> PathPowers:
+    def powers(self, rows: NDArray[np.intp], s: Array, s1: Array, s2: Array) -> PathPowers:
         """Torques and powers; see `MotionPaths.powers`."""
         trees = self.tree[rows]
         results = [
@@ -173,11 +171,5 @@ class PlantPaths(MotionPaths):
             joined[field.name] = whole
         return PathPowers(**joined)
 
-    @cached_property
-    def _quadratures(self) -> list[tuple[list[int], PhaseQuadrature]]:
-        count = int(_FINER * len(self.torques.nodes_s))
-        return [
-            ([0, 2, 4, 6], phase_quadrature(max(12, count * 2 // 5))),
-            ([1, 5], phase_quadrature(max(15, count // 2))),
-            ([3], phase_quadrature(count)),
-        ]
+    def _quadrature(self, path_nodes: int) -> RunQuadrature:
+        return run_quadrature(int(_FINER * path_nodes))

@@ -44,8 +44,7 @@ def test_equal_the_simulation_of_a_robot_with_the_same_parameters(case):
     expected = plant.simulate(LIMITS)
     found = integrals.evaluate(drives, unknowns.inertial(x))
     np.testing.assert_allclose(integrals.duration_s, expected.duration_s, rtol=1e-9, atol=1e-12)
-    # A motion that just reaches its peak velocity has a cruise of rounding only, which Ruckig may split differently.
-    np.testing.assert_allclose(found.energy_j, expected.energy_j, rtol=1e-6, atol=5e-4)
+    np.testing.assert_allclose(found.energy_j, expected.energy_j, rtol=1e-6)
     np.testing.assert_allclose(found.idle_w[:, 0], plant.idle_power_start_w, rtol=1e-9)
     np.testing.assert_allclose(found.idle_w[:, 1], plant.idle_power_end_w, rtol=1e-9)
     assert (found.energy_j[2] == 0.0).all()
@@ -61,8 +60,8 @@ def test_derivatives_are_those_of_the_energies(case):
         step[place] = 1e-5
         above, below = (integrals.evaluate(unknowns.drives(y), unknowns.inertial(y)) for y in (x + step, x - step))
         difference = (above.energy_j - below.energy_j) / 2e-5
-        # Where the bus changes its sign within a phase, the derivative is taken at the nodes: 3 % of the largest one.
-        tolerance = 0.03 * np.abs(difference).max() + 1e-4
+        # Where the bus changes its sign within a phase, the derivative is taken at the nodes: 5 % of the largest one.
+        tolerance = 0.05 * np.abs(difference).max() + 1e-4
         np.testing.assert_allclose(gradient[..., place], difference, atol=tolerance)
         np.testing.assert_allclose(idle[..., place], (above.idle_w - below.idle_w) / 2e-5, rtol=1e-5, atol=1e-4)
 
