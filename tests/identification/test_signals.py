@@ -78,9 +78,7 @@ def test_contradictions_and_bad_lengths_are_refused(robot):
     late = type(log)(
         log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=np.roll(velocity / 57.3, 20, axis=0)
     )
-    with pytest.raises(
-        InputError, match=r"q1_velocity_rad_s: the velocity is off .* late or saturated; allowed"
-    ):
+    with pytest.raises(InputError, match=r"q1_velocity_rad_s: the velocity is off .* late or saturated; allowed"):
         prepare(late, robot)
     fine = type(log)(log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=velocity / 57.3)
     np.testing.assert_allclose(prepare(fine, robot).velocity_rad_s, prepare(log, robot).velocity_rad_s, atol=0.1)
