@@ -164,7 +164,8 @@ def paths_table(motion_id: Index, paths: MotionPaths) -> pa.Table:
         ("velocity_nm_s2", paths.torques.velocity_nm_s2),
         ("gravity_nm", paths.torques.gravity_nm),
     ):
-        columns |= {f"j{j + 1}_{name}": list(coefficients[:, :, j]) for j in range(paths.robot.joint_count)}
+        own = [values[:count] for values, count in zip(coefficients, paths.torques.counts, strict=True)]
+        columns |= {f"j{j + 1}_{name}": [values[:, j] for values in own] for j in range(paths.robot.joint_count)}
     for j in range(paths.robot.joint_count):
         columns[f"j{j + 1}_coulomb_nm"] = drives.coulomb_nm[j] * np.sign(paths.delta_rad[:, j])
         columns[f"j{j + 1}_viscous_nm_s"] = drives.viscous_nm_s_per_rad[j] * paths.delta_rad[:, j]
@@ -181,21 +182,23 @@ def write_samples(path: Path, motion_id: Index, paths: MotionPaths, speed_limits
         speed_limits: Fractions, shape (S,). [-]
         rate_hz: Sample rate; the final instant of each run is added. [Hz]
     """
-    floats = [name for name in SAMPLES_SCHEMA.names if name not in ("motion_id", "speed_limit_percent")]
-    with (
-        atomic_path(path) as temporary,
-        pq.ParquetWriter(
-            temporary,
-            SAMPLES_SCHEMA,
-            compression="zstd",
-            compression_level=1,
-            use_dictionary=["motion_id", "speed_limit_percent"],
-            column_encoding=dict.fromkeys(floats, "BYTE_STREAM_SPLIT"),
-            write_statistics=["motion_id", "speed_limit_percent"],
-        ) as writer,
-    ):
+    with atomic_path(path) as temporary, samples_writer(temporary) as writer:
         for batch in _sample_batches(motion_id, paths, speed_limits, rate_hz):
             writer.write_batch(batch, row_group_size=1 << 20)
+
+
+def samples_writer(path: Path) -> pq.ParquetWriter:
+    """Parquet file for time series: floats split into bytes, which compress better and faster."""
+    floats = [name for name in SAMPLES_SCHEMA.names if name not in ("motion_id", "speed_limit_percent")]
+    return pq.ParquetWriter(
+        path,
+        SAMPLES_SCHEMA,
+        compression="zstd",
+        compression_level=1,
+        use_dictionary=["motion_id", "speed_limit_percent"],
+        column_encoding=dict.fromkeys(floats, "BYTE_STREAM_SPLIT"),
+        write_statistics=["motion_id", "speed_limit_percent"],
+    )
 
 
 _BATCH_MOTIONS = 50
@@ -207,41 +210,48 @@ def _sample_batches(
     percent = np.round(speed_limits * 100.0, 9)
     peaks = paths.peak_velocities(speed_limits)
     for first in range(0, paths.motions, _BATCH_MOTIONS):
+        rows = np.arange(first, min(first + _BATCH_MOTIONS, paths.motions))
+        moving = rows[paths.moving[rows]]
+        laws = dict(zip(moving.tolist(), _laws(paths, peaks, moving), strict=True))
         parts: list[list[Array]] = []
-        for motion in range(first, min(first + _BATCH_MOTIONS, paths.motions)):
-            time, run, states, power = _sample_motion(paths, motion, peaks[motion], rate_hz)
+        for motion in rows.tolist():
+            time, run, states, power = _sample_motion(paths, motion, laws.get(motion), len(percent), rate_hz)
             parts.append([np.full(len(time), motion_id[motion]), percent[run], time, *states, power])
         arrays = [
-            pa.array(np.concatenate(columns).astype(field.type.to_pandas_dtype()), field.type)
+            pa.array(np.concatenate(columns, dtype=field.type.to_pandas_dtype(), casting="same_kind"), field.type)
             for field, columns in zip(SAMPLES_SCHEMA, zip(*parts, strict=True), strict=True)
         ]
         yield pa.record_batch(arrays, schema=SAMPLES_SCHEMA)
 
 
+def _laws(paths: MotionPaths, peaks: Array, rows: Index) -> Array:
+    """Time laws of some motions, shape (M', 6, S, 7): start, jerk, acceleration, velocity, position, end of phases."""
+    law = paths.timing.laws(peaks[rows], rows)
+    ends = np.cumsum(law.duration_s, axis=-1)
+    starts = ends - law.duration_s
+    starts[..., 1:] = ends[..., :-1]
+    return np.stack([starts, law.jerk, law.acceleration, law.velocity, law.position, ends], axis=1)
+
+
 def _sample_motion(
-    paths: MotionPaths, motion: int, peaks: Array, rate_hz: float
+    paths: MotionPaths, motion: int, laws: Array | None, speeds: int, rate_hz: float
 ) -> tuple[Array, Index, tuple[Array, ...], Array]:
     """All runs of one motion: instants (T,), run of each instant (T,), four path states and mains power, each (T,)."""
-    if not paths.moving[motion]:
-        count = len(peaks)
-        zero = np.zeros(count)
-        return zero, np.arange(count), (zero,) * len(SAMPLE_STATES), np.full(count, paths.idle_power_start_w[motion])
-    laws = [paths.law(motion, float(peak)) for peak in peaks]
-    totals = np.array([law.total_s for law in laws])
+    if laws is None:  # no length: the robot stands
+        zero = np.zeros(speeds)
+        return zero, np.arange(speeds), (zero,) * len(SAMPLE_STATES), np.full(speeds, paths.idle_power_start_w[motion])
+    totals = laws[-1, :, -1]
     # A grid instant that falls on the end (up to rounding) is the final instant itself, not a second one.
-    steps = np.floor(totals * rate_hz * (1.0 - 1e-12)).astype(np.intp) + 1
-    counts = steps + 1
-    run = np.repeat(np.arange(len(laws)), counts)
-    tick = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    time = np.where(tick == steps[run], totals[run], tick / rate_hz)
-    starts = np.array([np.concatenate([[0.0], np.cumsum(law.duration_s)[:-1]]) for law in laws])
-    phase = (time[:, None] >= starts[run, 1:]).sum(axis=1)
-    index = run * PHASES + phase
-    tau = time - starts.ravel()[index]
-    jerk, acc, vel, pos = (
-        np.array([getattr(law, name) for law in laws]).ravel()[index]
-        for name in ("jerk", "acceleration", "velocity", "position")
-    )
+    counts = np.floor(totals * rate_hz * (1.0 - 1e-12)).astype(np.intp) + 2
+    last = np.cumsum(counts) - 1
+    run = np.repeat(np.arange(speeds), counts)
+    time = (np.arange(len(run)) - (last - counts + 1)[run]) / rate_hz
+    time[last] = totals
+    index = run * PHASES
+    for starts in laws[0, :, 1:].T:
+        index += time >= starts[run]
+    start, jerk, acc, vel, pos = laws[:-1].reshape(len(laws) - 1, -1)[:, index]
+    tau = time - start
     s = pos + tau * (vel + tau * (acc / 2 + tau * jerk / 6))
     s1 = vel + tau * (acc + tau * jerk / 2)
     s2 = acc + tau * jerk
