@@ -39,7 +39,7 @@ from stages.layout import Layout
 def simulate_motions(params: Params, layout: Layout) -> None:
     """Simulate all motions of `data/trees.parquet`, in shards on all processors."""
     settings = params.simulate_motions
-    motions = motions_of_trees(_read_trees(layout.trees))
+    motions = motions_of_trees(_read_trees(layout.trees, robot_of(params.robot).joint_count))
     shards = range(0, len(motions.motion_id), settings.shard_motions)
     layout.samples_dir.mkdir(parents=True, exist_ok=True)
     for stale in layout.samples_dir.glob("part-*.parquet"):
@@ -64,13 +64,28 @@ def robot_of(params: RobotParams) -> Robot:
     return load_robot(params.name, Payload(params.payload_kg, params.payload_com_m))
 
 
-def _read_trees(path: Path) -> pa.Table:
+def _read_trees(path: Path, joints: int) -> pa.Table:
     if not path.exists():
         raise InputError("there are no operation trees; run the stage generate_trees first", file=path)
     try:
-        return pq.read_table(path)
+        table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path) from None
+    kinds = {"tree_id": pa.types.is_string, "split": pa.types.is_string, "point": pa.types.is_integer}
+    kinds |= {f"q{joint + 1}_rad": pa.types.is_floating for joint in range(joints)}
+    for name, is_right in kinds.items():
+        if name not in table.column_names:
+            raise InputError("this column is missing", file=path, key=name)
+        column = table[name]
+        if not is_right(column.type):
+            raise InputError(f"the column holds {column.type}", file=path, key=name)
+        if column.null_count or (pa.types.is_floating(column.type) and not np.isfinite(column.to_numpy()).all()):
+            raise InputError("a cell is empty or not a finite number", file=path, key=name)
+    if f"q{joints + 1}_rad" in table.column_names:
+        raise InputError(f"the robot has {joints} joints only", file=path, key=f"q{joints + 1}_rad")
+    if table.num_rows < 2:
+        raise InputError("there is no motion", file=path, allowed="two points of a tree or more")
+    return table
 
 
 def _simulate_shard(

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import yaml
@@ -69,6 +70,33 @@ def test_unreadable_trees_are_named(done, tmp_path):
     layout.trees.write_bytes(b"not a table")
     with pytest.raises(InputError, match=r"trees\.parquet: the file cannot be read"):
         simulate_motions(done[0], layout)
+
+
+BAD_TREES = {
+    "column": (lambda t: t.drop_columns(["point"]), "point: this column is missing"),
+    "joint": (lambda t: t.drop_columns(["q6_rad"]), "q6_rad: this column is missing"),
+    "joint too many": (lambda t: t.append_column("q7_rad", t["q1_rad"]), "q7_rad: the robot has 6 joints only"),
+    "text": (
+        lambda t: t.drop_columns(["q2_rad"]).append_column("q2_rad", t["split"]),
+        "q2_rad: the column holds string",
+    ),
+    "empty cells": (
+        lambda t: t.drop_columns(["q2_rad"]).append_column("q2_rad", pa.array([None] * len(t), pa.float64())),
+        "q2_rad: a cell is empty or not a finite number",
+    ),
+    "no rows": (lambda t: t.slice(0, 0), "there is no motion; allowed: two points of a tree or more"),
+}
+
+
+@pytest.mark.parametrize("change, message", BAD_TREES.values(), ids=BAD_TREES)
+def test_trees_with_a_gap_are_refused_before_anything_is_written(done, tmp_path, change, message):
+    params, layout = done[0], Layout(tmp_path)
+    layout.data_dir.mkdir()
+    pq.write_table(change(pq.read_table(done[1].trees)), layout.trees)
+    with pytest.raises(InputError) as caught:
+        simulate_motions(params, layout)
+    assert message in str(caught.value)
+    assert [path.name for path in tmp_path.rglob("*.*")] == ["trees.parquet"]
 
 
 def test_without_trees_the_message_names_the_stage(done, tmp_path):
