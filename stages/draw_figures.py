@@ -21,7 +21,7 @@ def draw_figures(params: Params, layout: Layout) -> None:
     style = Style(params.draw_figures.width_in, params.draw_figures.dpi, params.draw_figures.colormap)
     shape = params.evaluate_plans.three_segment
     results = Results(
-        ResultFiles(layout.data_dir, layout.tables_dir, layout.metrics_dir),
+        ResultFiles(layout.data_dir, layout.tables_dir, layout.metrics_dir, layout.studies_dir),
         load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m)),
         ThreeSegmentShape(shape.left_fraction, shape.right_fraction, shape.offset_j),
     )

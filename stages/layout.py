@@ -98,6 +98,11 @@ class Layout:
         return self.reports_dir / "index.html"
 
     @property
+    def studies_dir(self) -> Path:
+        """Result tables of the studies (CSV), which `make study` writes."""
+        return self.root / "studies" / "tables"
+
+    @property
     def mlflow_uri(self) -> str:
         """Tracking store of MLflow."""
         return f"sqlite:///{self.root / 'mlflow.db'}"

@@ -68,10 +68,11 @@ def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder.mkdir()
     for name in ("robojoule", "stages", "flows"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "studies/tables", folder / "studies/tables")
     for name in (".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "data/.gitignore", "reports/.gitignore"):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
-    for name in ("dvc.yaml", "prefect.yaml", "pyproject.toml"):
+    for name in ("dvc.yaml", "prefect.yaml", "pyproject.toml", "studies/dvc.lock"):
         shutil.copy(ROOT / name, folder / name)
     params = merge(yaml.safe_load((ROOT / "params.yaml").read_text(encoding="utf-8")), TOY_PARAMS)
     (folder / "params.yaml").write_text(yaml.safe_dump(params, sort_keys=False), encoding="utf-8")

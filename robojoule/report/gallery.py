@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from robojoule.report import (
     energy_figures,
     feature_figures,
+    gap_figures,
     plan_figures,
     predictor_figures,
     profile_figures,
@@ -83,7 +84,11 @@ ENTRIES = (
     Entry("figure_6_2", RESULTS, "Optimised operation tree", plan_figures.optimised_trees),
     Entry("figure_6_3", RESULTS, "Power over one cycle", plan_figures.power_over_time),
     Entry("savings", BEYOND, "Savings over cycle time", plan_figures.savings),
-    Entry("gap_to_optimum", BEYOND, "Gap to the proven optimum", plan_figures.gap_to_optimum),
+    Entry("gap_to_optimum", BEYOND, "Gap to the proven optimum", gap_figures.gap_to_optimum),
+    Entry(
+        "gap_of_study", BEYOND, "Gap to the optimum where the robot differs from its entry", gap_figures.gap_of_study
+    ),
+    Entry("ablations", BEYOND, "What each step brings", gap_figures.ablations),
     Entry("payload_sensitivity", BEYOND, "Sensitivity to the payload", plan_figures.payload_sensitivity),
     Entry("energy_over_duration", BEYOND, "Where the energy of a motion goes", energy_figures.breakdown_over_duration),
     Entry("energy_of_trees", BEYOND, "Where the energy of a cycle goes", energy_figures.breakdown_of_trees),

@@ -17,6 +17,21 @@ METHODS = {
     "optimum": "proven optimum",
 }
 
+# What only the studies compare.
+CASES = {
+    "robojoule_predicted_cautious": "robojoule, predicted, cautious",
+    "nominal_physics": "nominal physics",
+    "oracle": "oracle without a thermometer",
+    "five_runs": "polynomial through five runs, six chords",
+    "three_segments": "three segments",
+    "dense": "as many pieces as it takes",
+    "constant": "constant, that at HOME",
+    "slope": "slope of the three segments",
+    "configuration": "by configuration",
+    "mean": "mean of the training motions",
+    "random_forest": "random forest (thesis)",
+}
+
 TARGETS = {
     "energy_saving_j": ("energy saving", "J"),
     "optimal_duration_s": ("optimal duration", "s"),
@@ -61,6 +76,16 @@ def method_label(method: str, krc_segments: str | int | float | None = None) -> 
     """Name of a method, with its number of linear segments where it has one."""
     label = METHODS.get(method, method.replace("_", " "))
     return f"{label}, {int(float(krc_segments))} segments" if krc_segments not in (None, "") else label
+
+
+def key_label(key: str) -> str:
+    """Name of a method, or of a case of a study, by its key in tables: `krc_polynomial_6`, `robojoule_predicted_50`."""
+    counted = re.fullmatch(r"(krc_polynomial|robojoule_predicted)_(\d+)", key)
+    if not counted:
+        return METHODS.get(key) or CASES.get(key, key.replace("_", " "))
+    if counted[1] == "krc_polynomial":
+        return method_label(counted[1], counted[2])
+    return f"{METHODS[counted[1]]}, {counted[2]} motions measured"
 
 
 def feature_label(feature: str) -> str:

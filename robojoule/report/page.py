@@ -69,6 +69,11 @@ def report_html(results: Results, pictures: Sequence[Picture], claims: Rows, met
         table_6_1=tables.table_6_1(results),
         difference=tables.difference(results),
         table_5_1=tables.table_5_1(results),
+        gaps=[
+            *([tables.gap_table(rows, "Experiment trees")] if (rows := results.table("gaps")) else []),
+            *([tables.win_table(rows, "Experiment trees")] if (rows := results.table("wins")) else []),
+        ],
+        studies=tables.study_tables(results),
         table_6_2=_with_published(results, "table_6_2", "cycle times of 110, 121 and 133 %"),
         table_6_3=_with_published(results, "table_6_3", "cycle times of 150, 175 and 200 %"),
         more=[

@@ -211,24 +211,6 @@ def savings(results: Results, style: Style) -> Drawing:
     )
 
 
-def gap_to_optimum(results: Results, style: Style) -> Drawing:
-    """How far every method stays behind the proven optimum."""
-    figure, ax = style.figure(0.7)
-    for label, relaxation, values, look in _lines(_table(results), "gap_to_optimum_percent", style):
-        if label not in (METHODS["optimum"], METHODS["unoptimized"]):
-            ax.plot(relaxation, values, **look, label=label)
-    ax.axhline(0.0, color="black", linewidth=0.8)
-    ax.set_xlabel("cycle time [% of the least one]")
-    ax.set_ylabel("gap to the proven optimum [%]")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=7)
-    return Drawing(
-        figure,
-        "Average gap between re-simulated plans and the re-simulated proven optimum (0 %). "
-        "The unoptimised tree is left out: its gap is that of not planning at all.",
-        "Lines of the gap to the proven optimum over cycle time, one a method. The numbers stand in Table 6.1.",
-    )
-
-
 def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
     """Mean power at full speed and saving of the optimum with other payloads; None if they were not asked for."""
     rows = [row for row in results.table("payload_sensitivity") or [] if row["method"] == "optimum"]

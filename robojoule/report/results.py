@@ -35,11 +35,13 @@ class ResultFiles:
         data_dir: Folder of motions, runs, features, predictions, plans (`<name>.parquet`) and of `trees/`.
         tables_dir: Folder of the result tables (CSV).
         metrics_dir: Folder of the stages' metrics (JSON).
+        studies_dir: Folder of the studies' result tables (CSV).
     """
 
     data_dir: Path
     tables_dir: Path
     metrics_dir: Path
+    studies_dir: Path
 
 
 class Results:
@@ -123,13 +125,20 @@ class Results:
 
     def table(self, name: str) -> Rows | None:
         """Rows of `<name>.csv` of the tables folder as text; None if no stage wrote it."""
-        path = self.files.tables_dir / f"{name}.csv"
-        if not path.exists():
-            return None
-        try:
-            return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
-            raise InputError(f"the table cannot be read ({error})", file=path) from None
+        return _csv(self.files.tables_dir / f"{name}.csv")
+
+    def study(self, name: str) -> Rows | None:
+        """Rows of a result table of the studies as text; None if there is none."""
+        return _csv(self.files.studies_dir / f"{name}.csv")
+
+
+def _csv(path: Path) -> Rows | None:
+    if not path.exists():
+        return None
+    try:
+        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"the table cannot be read ({error})", file=path) from None
 
 
 def published(table: str) -> Rows:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robojoule.report.labels import METHODS, MINUS, MODELS, TARGETS, method_label
+from robojoule.report.gap_figures import PARTS, matching
+from robojoule.report.labels import METHODS, MINUS, MODELS, TARGETS, key_label, method_label
 from robojoule.report.results import Results, Rows, number, published
 
 QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": "mean"}
@@ -113,6 +114,94 @@ def table_5_1(results: Results) -> Table | None:
         tuple(body),
         frozenset(marked),
     )
+
+
+def gap_table(rows: Rows, caption: str, name: str = "method") -> Table:
+    """Mean gap with its confidence interval and the worst tree, one row a method, one column a cycle time.
+
+    Args:
+        rows: Rows of a table of gaps.
+        caption: What it shows.
+        name: Column that names the method.
+    """
+    relaxations = sorted({number(row["relaxation_percent"]) for row in rows})
+    runs = "runs_per_motion" in rows[0]
+    body = []
+    for method in dict.fromkeys(row[name] for row in rows):
+        chosen = {number(row["relaxation_percent"]): row for row in rows if row[name] == method}
+        cells = [_gap_cell(chosen.get(relaxation)) for relaxation in relaxations]
+        above = max(number(row["above_unoptimized_percent"]) for row in chosen.values())
+        needed = [f"{number(chosen[relaxations[0]]['runs_per_motion']):g}"] if runs else []
+        body.append((key_label(method), *needed, *cells, _cell(above, 0)))
+    return Table(
+        f"{caption}: mean gap to the optimum, 95 % confidence interval, worst tree [%]; {rows[0]['trees']} trees",
+        (
+            "method",
+            *(["runs a new motion"] if runs else []),
+            *(f"{relaxation:g} %" for relaxation in relaxations),
+            "trees above unoptimised [%]",
+        ),
+        tuple(body),
+    )
+
+
+def _gap_cell(row: dict[str, str] | None) -> str:
+    if row is None:
+        return ""
+    mean, low, high, worst = (number(row[f"gap_{key}_percent"]) for key in ("mean", "low", "high", "worst"))
+    digits = 3 if mean < 1.0 else 2
+    return f"{_cell(mean, digits)} ({_cell(low, digits)} to {_cell(high, digits)}), {_cell(worst, digits)}"
+
+
+def win_table(rows: Rows, caption: str) -> Table:
+    """Wins and losses of each method (row) against each other one (column), over all trees and cycle times."""
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    duels: dict[tuple[str, str], list[int]] = {}
+    for row in rows:
+        duel = duels.setdefault((row["method"], row["other"]), [0, 0])
+        duel[0] += int(row["wins"])
+        duel[1] += int(row["losses"])
+    return Table(
+        f"{caption}: trees and cycle times in which the method of the row takes less : more energy",
+        ("method", *(key_label(other) for other in methods)),
+        tuple(
+            (
+                key_label(method),
+                *("" if method == other else "{} : {}".format(*duels[method, other]) for other in methods),
+            )
+            for method in methods
+        ),
+    )
+
+
+def study_tables(results: Results) -> list[Table]:
+    """The tables of the studies; empty if there are none."""
+    found = []
+    gaps, wins = results.study("motions_gaps") or [], results.study("motions_wins") or []
+    for regime, caption in (
+        ("same_robot", "(a) A robot that was measured, new motions, 0, 10 and 16 kg"),
+        ("unseen_payload", "(b) A payload never measured"),
+    ):
+        rows = matching(gaps, {"regime": regime, "payload_kg": "all"})
+        duels = matching(wins, {"regime": regime})
+        found += [gap_table(rows, caption)] if rows else []
+        found += [win_table(duels, caption)] if duels else []
+    if robots := results.study("robots_gaps"):
+        found.append(gap_table(robots, "(c) A robot never measured, and after 10 and 50 motions"))
+    for part, what in PARTS.items():
+        rows = matching(results.study("ablations"), {"part": part})
+        found += [gap_table(rows, f"What each step brings, {what}", "case")] if rows else []
+    for name, caption in (
+        ("predictors", "Predictors compared by nested cross-validation, relative errors [%]"),
+        ("motions_errors", "Relative errors of profile parameters, regimes (a) and (b) [%]"),
+        ("robots_errors", "Medians over robots of relative errors, regime (c) [%]"),
+        ("motions_coverage", "Prediction intervals of nominally 90 %, regimes (a) and (b)"),
+        ("robots_coverage", "Prediction intervals of nominally 90 %, regime (c)"),
+        ("bars", "What was meant to be reached, and what was"),
+    ):
+        if all_rows := results.study(name):
+            found.append(_plain(all_rows, caption, frozenset()))
+    return found
 
 
 def plain(results: Results, name: str, caption: str) -> Table | None:

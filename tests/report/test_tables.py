@@ -1,6 +1,7 @@
 import pytest
 
 from robojoule.report import tables
+from robojoule.report.labels import key_label
 from robojoule.report.results import Results, number
 from tests.report import toy
 
@@ -103,3 +104,34 @@ def test_tables_that_no_stage_wrote_are_left_out(tmp_path, toy_results: Results)
 def test_published_rows_are_marked():
     table = tables.published_plain("table_6_3", "x")
     assert table.marked == frozenset(range(10)) and number(table.rows[0][3]) == 6388
+
+
+def test_gaps_stand_with_their_interval_worst_tree_and_runs(toy_results: Results):
+    table = tables.gap_table(toy_results.table("gaps"), "Trees")
+    assert table.head == ("method", "runs a new motion", "110 %", "200 %", "trees above unoptimised [%]")
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["KRC polynomial, 4 segments"] == ("2", *["0.400 (0.300 to 0.600), 0.900"] * 2, "0")
+    duels = tables.win_table(toy_results.table("wins"), "Trees")
+    assert duels.head[1:] == tuple(row[0] for row in duels.rows)
+    assert duels.rows[1][1:3] == ("4 : 2", "")  # two cycle times together
+
+
+def test_study_tables_are_shown_where_there_is_a_study(tmp_path, toy_results: Results):
+    captions = [table.caption for table in tables.study_tables(toy_results)]
+    assert captions[0].startswith("(a) A robot that was measured")
+    assert sum(caption.startswith("What each step brings") for caption in captions) == 3
+    assert tables.study_tables(toy.results(tmp_path, toy_results.robot)) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "label"),
+    [
+        ("krc_polynomial_6", "KRC polynomial, 6 segments"),
+        ("robojoule_predicted_50", "robojoule, predicted, 50 motions measured"),
+        ("robojoule_predicted", "robojoule, predicted"),
+        ("five_runs", "polynomial through five runs, six chords"),
+        ("something_new", "something new"),
+    ],
+)
+def test_methods_of_tables_have_names_for_people(key, label):
+    assert key_label(key) == label

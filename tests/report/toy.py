@@ -29,6 +29,7 @@ SPLITS = ("train", "test", "test", "experiment", "experiment", "experiment")
 SPEED_LIMITS = np.array([10, 25, 40, 55, 70, 85, 100]) / 100.0
 TARGETS = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
 RELAXATIONS = (110.0, 200.0)
+GAP = {"mean": 0.0, "low": -0.1, "high": 0.2, "worst": 0.5}
 VARIANTS = (
     ("unoptimized", None, None),
     ("krc_polynomial", 4, "speed"),
@@ -54,7 +55,7 @@ def shared_pictures() -> tuple[Picture, ...]:
 
 
 def files(root: Path) -> ResultFiles:
-    return ResultFiles(root / "data", root / "reports/tables", root / "reports/metrics")
+    return ResultFiles(root / "data", root / "reports/tables", root / "reports/metrics", root / "studies/tables")
 
 
 def results(root: Path, robot: Robot) -> Results:
@@ -148,6 +149,17 @@ def _plan(data: Path) -> None:
     pq.write_table(pa.Table.from_pylist(rows, schema=PLANS_SCHEMA), data / "plans.parquet")
 
 
+def gap_rows(name: str, methods: tuple[str, ...]) -> list[dict[str, object]]:
+    """Gaps that fall from method to method: 0.8 % for the first one."""
+    return [
+        {"relaxation_percent": f"{relaxation:g}", name: method}
+        | {f"gap_{key}_percent": 0.8 / (1 + place) + add for key, add in GAP.items()}
+        | {"saving_mean_percent": 10.0 * place, "above_unoptimized_percent": 0.0, "trees": 3}
+        for relaxation in RELAXATIONS
+        for place, method in enumerate(methods)
+    ]
+
+
 def write_rows(path: Path, rows: list[dict[str, object]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
@@ -180,6 +192,24 @@ def _write_tables(tables: Path) -> None:
         for error in ("abs", "rel_percent")
     ]
     write_rows(tables / "table_5_1.csv", errors)
+    methods = ("unoptimized", "krc_polynomial_4", "predicted_three_segment", "robojoule_predicted", "optimum")
+    write_rows(tables / "gaps.csv", [row | {"runs_per_motion": 2} for row in gap_rows("method", methods)])
+    wins = [
+        {"relaxation_percent": f"{relaxation:g}", "method": method, "other": other, "wins": 2, "losses": 1, "trees": 3}
+        for relaxation in RELAXATIONS
+        for method in methods
+        for other in methods
+        if method != other
+    ]
+    write_rows(tables / "wins.csv", wins)
+    studies = tables.parents[1] / "studies/tables"
+    studies.mkdir(parents=True)
+    key: dict[str, object] = {"regime": "same_robot", "payload_kg": "all"}
+    write_rows(studies / "motions_gaps.csv", [key | row for row in gap_rows("method", methods)])
+    write_rows(studies / "motions_wins.csv", [key | row for row in wins])
+    steps = {"representation": ("five_runs", "dense"), "idle_power": ("constant",), "predictor": ("mean",)}
+    ablations = [{"part": part} | row for part, cases in steps.items() for row in gap_rows("case", cases)]
+    write_rows(studies / "ablations.csv", ablations)
     payloads: list[dict[str, object]] = [
         {
             "payload_kg": payload,
