@@ -66,11 +66,17 @@ def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: flo
         step = process_energy_j(batch.trees[tree])
         found = chain_plans(batch.graphs[tree], of_tree, times[tree], relative_gap=_MILP_GAP)
         bounds = search.bounds_j(tree)
-        # Where only one plan is possible it is its own bound.
+        # Where only one plan is possible, all at full speed, it is its own bound, with the energies that were run: the
+        # profile above may lie higher there.
         only = times[tree] <= batch.least_cycles_s[tree] * (1.0 + 1e-12)
+        excess = search.excess_at_full_speed_j(tree)
         plans.append(
             [
-                replace(plan, energy_j=plan.energy_j + step, bound_j=(plan.energy_j if alone else bound) + step)
+                replace(
+                    plan,
+                    energy_j=plan.energy_j - (excess if alone else 0.0) + step,
+                    bound_j=(plan.energy_j - excess if alone else bound) + step,
+                )
                 for plan, bound, alone in zip(found, bounds.tolist(), only.tolist(), strict=True)
             ]
         )
@@ -102,6 +108,13 @@ class _Search:
         rows = self.batch.rows[tree]
         prior, post = self.batch.idle_prior_w[rows].tolist(), self.batch.idle_post_w[rows].tolist()
         return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
+
+    def excess_at_full_speed_j(self, tree: int) -> float:
+        """By how much the profiles above exceed the energy of the fastest runs of a tree. [J]"""
+        motions = range(self.batch.rows[tree].start, self.batch.rows[tree].stop)
+        fastest = (self.profiles.profiles[motion].energies_j[0] for motion in motions)
+        pairs = zip(self.pairs(tree), fastest, strict=True)
+        return sum(float(pair.above.energies_j[0] - energy) for pair, energy in pairs)
 
     def bounds_j(self, tree: int) -> Array:
         """Lower bound of the energy at each cycle time, without process steps, shape (R,). [J]"""
