@@ -28,9 +28,10 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
         path = results.files.tables_dir / "gaps.csv"
         raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
     figure, (gaps, savings) = style.figure(1.15, 2, 1, sharex=True)
-    _bands(gaps, [row for row in rows if row["method"] not in LEFT_OUT], style)
-    for label, chosen, look in _lines([row for row in rows if row["method"] != "unoptimized"], style):
-        savings.plot(*_columns(chosen, "saving_mean_percent"), label=f"{label} (saving)", **look)
+    compared = [row for row in rows if row["method"] not in LEFT_OUT]
+    _bands(gaps, compared, style)
+    for _, chosen, look in _lines(compared, style):
+        savings.plot(*_columns(chosen, "saving_mean_percent"), **look)
     for method, key, marker in (("KRC polynomial", "krc", "x"), ("predicted", "pred", "+")):
         for segments, dash in (("4", ":"), ("6", "--")):
             chosen = [row for row in published("table_6_1") if row["krc_segments"] == segments]
@@ -44,10 +45,8 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
             )
     savings.set_xlabel("cycle time [% of the least one]")
     savings.set_ylabel("energy saving, Eq. 6.1 [%]")
-    handles = dict(zip(*reversed(gaps.get_legend_handles_labels()), strict=True))
-    thesis = zip(*reversed(savings.get_legend_handles_labels()), strict=True)
-    handles |= {label: handle for label, handle in thesis if label.startswith("thesis")}
-    figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize=7)
+    ours, theirs = gaps.get_legend_handles_labels(), savings.get_legend_handles_labels()
+    figure.legend(ours[0] + theirs[0], ours[1] + theirs[1], loc="outside lower center", ncols=3, fontsize=6.5)
     return Drawing(
         figure,
         f"Above: mean gap between re-simulated plans and the re-simulated proven optimum of {rows[0]['trees']} trees, "

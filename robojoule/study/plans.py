@@ -28,6 +28,7 @@ from robojoule.profile import ThreeSegmentShape, measured_profile
 from robojoule.simulation import MotionPaths
 from robojoule.study.cases import PlantBatch
 
+THREE_SEGMENT_METHODS = ("predicted_three_segment", "mean")  # whose rising slope is their idle power
 Costs = list[list[VertexCosts]]
 BRACKETS = 33
 BISECTIONS = 18
@@ -88,7 +89,7 @@ def evaluate_plans(
 
     Args:
         batch: Trees on their plant.
-        methods: Costs by method; `predicted_three_segment` prefers waiting as in the thesis.
+        methods: Costs by method; `THREE_SEGMENT_METHODS` prefer waiting as in the thesis.
         relaxations_percent: Cycle times as shares of the least one. [%]
         dense_speed_limits: Speed limits of the true profiles for the optimum.
 
@@ -99,7 +100,7 @@ def evaluate_plans(
     times = cycle_times(batch, relaxations_percent)
     plans: dict[str, list[list[SpeedPlan]]] = _rules(batch, times)
     for method, costs in methods.items():
-        preference = WAIT_PREFERENCE_W if method == "predicted_three_segment" else 0.0
+        preference = WAIT_PREFERENCE_W if method in THREE_SEGMENT_METHODS else 0.0
         plans[method] = _solved(batch, costs, times, preference)
     plans["optimum"] = _optimum(batch, times, dense_speed_limits)
     limits = np.concatenate([planned_speed_limits(batch, of_method) for of_method in plans.values()], axis=1)

@@ -24,6 +24,7 @@ from robojoule.predictor.transfer import transferred_prior
 from robojoule.predictor.unknowns import Unknowns
 from robojoule.robots import load_robot, robot_names
 from robojoule.robots.robot import Payload, Robot
+from robojoule.study.ablations import ablation_costs, ablation_rows, main_methods
 from robojoule.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from robojoule.study.config import StudyMotionsParams, StudyParams
 from robojoule.study.plans import (
@@ -54,6 +55,7 @@ class RegimeTables:
         wins: Wins and losses of methods against each other.
         plans: Energies of all plans.
         coverage: How often intervals hold the truth.
+        ablations: Gaps with one step exchanged at a time.
     """
 
     errors: list[Row] = field(default_factory=list)
@@ -61,6 +63,7 @@ class RegimeTables:
     wins: list[Row] = field(default_factory=list)
     plans: list[Row] = field(default_factory=list)
     coverage: list[Row] = field(default_factory=list)
+    ablations: list[Row] = field(default_factory=list)
 
 
 def streams(seed: int, *key: int) -> dict[str, np.random.SeedSequence]:
@@ -174,7 +177,7 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     """Regime (a): trees never seen of a robot whose plant was measured; several payloads, all of them trained on."""
     settings, motions = params.evaluate_motions, params.motions
     limits = speed_limits(motions)
-    tables, measured, learned = RegimeTables(), [], []
+    tables, measured, learned, means = RegimeTables(), [], [], []
     plants_seed = streams(motions.seed)["plant"]
     plant = draw_plant(robot_with_payload(settings.robot, 0.0), plants_seed, params.plant)
     for place, payload in enumerate(settings.payloads_kg):
@@ -186,6 +189,7 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         full = measure(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
         measured.append(full.thinned(motions.runs_per_motion))
         learned.append(_thesis_forest(batch, full))
+        means.append(_measured_parameters(batch, full).mean(axis=0))
     predictor = fit_profile_predictor(robot, measured)
     progress(f"same robot: fitted, noise {predictor.calibration.noise:.4f}")
     plans = []
@@ -200,11 +204,14 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
             "krc_polynomial_6": polynomial_method(batch, 6),
             "predicted_three_segment": three_segment_method(batch, learned[place](batch)),
         }
+        costs |= ablation_costs(batch, means[place], motions.dense_speed_limits)
         plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
-        plan_rows(tables, plans[-1], key)
+        plan_rows(tables, main_methods(plans[-1]), key)
         progress(f"same robot: {payload:g} kg planned")
     together: Row = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
     whole = joined(plans)
+    tables.ablations = ablation_rows(whole)
+    whole = main_methods(whole)
     tables.gaps.extend(gap_rows(whole, together))
     tables.wins.extend(win_rows(whole, together))
     return tables
@@ -212,11 +219,15 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
 
 def _thesis_forest(batch: PlantBatch, measured: Measurements) -> Callable[[PlantBatch], Array]:
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
-    found = profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
     slowest = batch.slowest_speed_limit
     forest = estimators.random_forest(THESIS_FOREST, seed=1)
-    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), found)
+    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _measured_parameters(batch, measured))
     return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
+
+
+def _measured_parameters(batch: PlantBatch, measured: Measurements) -> Array:
+    """Saving [J], optimal duration [s] and penalty [J] of noisy runs, shape (M, 3)."""
+    return profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
 
 
 def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:

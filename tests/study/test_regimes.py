@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robojoule.study import comparison, regimes, three_numbers
+from robojoule.study.ablations import ABLATIONS, METHODS
 from robojoule.study.config import (
     ComparePredictorsParams,
     EvaluateMotionsParams,
@@ -17,7 +18,7 @@ from robojoule.study.plant import PlantParams
 from tests.study import cases
 
 ROOT = Path(__file__).parents[2]
-ROBOT = "kuka_kr16_r2010_2"
+ROBOT, PREDICTED = "kuka_kr16_r2010_2", "robojoule_predicted"
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,18 @@ def test_new_motions_are_planned_near_the_optimum(params):
     assert ours < 0.5
     assert ours < min(gap(tables, name, payload_kg="all") for name in ("krc_polynomial_6", "predicted_three_segment"))
     assert {row["payload_kg"] for row in tables.errors} == {0.0, 10.0}
+    means = {
+        (part, case): np.mean(
+            [row["gap_mean_percent"] for row in tables.ablations if (row["part"], row["case"]) == (part, case)]
+        )
+        for part, cases in ABLATIONS.items()
+        for case in cases
+    }
+    for part, best in (("representation", "dense"), ("idle_power", "configuration"), ("predictor", PREDICTED)):
+        assert means[part, best] == min(means[part, case] for case in ABLATIONS[part])
+    # What only ablations need stays out of the other tables; what both show is the same.
+    assert not {row["method"] for row in tables.gaps + tables.wins} & set(METHODS)
+    assert means["predictor", PREDICTED] == pytest.approx(ours)
 
 
 def test_an_unseen_payload_is_planned_near_the_optimum(params):
