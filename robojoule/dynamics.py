@@ -34,16 +34,21 @@ class PathTorques:
         counts: Number of nodes and coefficients of each motion, shape (M,).
         coefficients: Coefficients of m [Nm s2], c [Nm s2] and g [Nm], joint by joint, zeros behind those of the motion,
             shape (M, 3 n, K), K being the largest of the counts.
-        at_nodes: m, c and g at the nodes of each motion, the last repeated up to K, three arrays of shape (M, K, n).
+        values: m, c and g at the nodes of each motion, likewise, the last node repeated up to K, shape (M, 3 n, K).
     """
 
     counts: NDArray[np.intp]
     coefficients: Array
-    at_nodes: tuple[Array, Array, Array]
+    values: Array
+
+    @property
+    def at_nodes(self) -> tuple[Array, Array, Array]:
+        """Values of m [Nm s2], c [Nm s2] and g [Nm] at the nodes, three arrays of shape (M, K, n)."""
+        inertia, velocity, gravity = np.split(self.values.swapaxes(1, 2), 3, axis=2)
+        return inertia, velocity, gravity
 
     def _part(self, index: int) -> Array:
-        joints = self.coefficients.shape[1] // 3
-        return self.coefficients[:, index * joints : (index + 1) * joints].swapaxes(1, 2)
+        return np.split(self.coefficients.swapaxes(1, 2), 3, axis=2)[index]
 
     @property
     def inertia_nm_s2(self) -> Array:
@@ -147,13 +152,13 @@ def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | 
     empty = np.zeros((joints, 0))
     torques = path_points(robot.model, np.concatenate([*points, empty], 1), np.concatenate([*along, empty], 1))
     coefficients = np.zeros((motions, 3 * joints, width))
-    at_nodes = np.zeros((3, motions, width, joints))
+    values = np.zeros_like(coefficients)
     first = 0
     for rows, nodes in zip(groups, steps, strict=True):
         k = len(nodes)
         part = torques[..., first : first + len(rows) * k].reshape(3 * joints, len(rows), k).swapaxes(0, 1)
         first += len(rows) * k
         coefficients[rows, :, :k] = np.matmul(part, np.linalg.inv(chebyshev_basis(nodes, k)).T)
-        padded = part[:, :, np.minimum(np.arange(width), k - 1)].reshape(len(rows), 3, joints, width)
-        at_nodes[:, rows] = padded.transpose(1, 0, 3, 2)
-    return PathTorques(counts, coefficients, (at_nodes[0], at_nodes[1], at_nodes[2]))
+        values[rows, :, :k] = part
+        values[rows, :, k:] = part[:, :, -1:]
+    return PathTorques(counts, coefficients, values)

@@ -67,7 +67,7 @@ class RunQuadrature:
         # Of each interval between two nodes, in units of its phase: length, and from values at all nodes the integral
         # since the start of the phase and the slopes at both ends.
         self._width = np.concatenate([np.diff(nodes) for nodes, _, _ in rules])
-        self._before, self._rise, self._fall = (np.zeros((self.count - 1, self.count)) for _ in range(3))
+        self._inside = np.zeros((self.count - 1, 3, self.count))
         for phase, (nodes, integrals, slopes) in enumerate(rules):
             intervals, own = slice(starts[phase], starts[phase + 1]), slice(starts[phase], starts[phase + 1] + 1)
             self._weights[own, phase] = integrals[-1]
@@ -75,8 +75,8 @@ class RunQuadrature:
             self._powers[phase, :, starts[phase] : starts[phase] + evaluated] = (
                 nodes[:evaluated] ** np.arange(4)[:, None]
             )
-            self._before[intervals, own] = integrals[:-1]
-            self._rise[intervals, own], self._fall[intervals, own] = slopes[:-1], slopes[1:]
+            for row, table in enumerate((integrals[:-1], slopes[:-1], slopes[1:])):
+                self._inside[intervals, row, own] = table
 
     def states(self, law: PathLaw) -> tuple[Array, Array, Array]:
         """Path position [-], velocity [1/s] and acceleration [1/s2] at the nodes, arrays (..., 7) -> (..., Q)."""
@@ -105,10 +105,8 @@ class RunQuadrature:
         negative = flat < 0.0
         result = np.where(negative[:, -1], 0.0, since_start[:, -1])
         runs, intervals = np.nonzero(negative[:, 1:] != negative[:, :-1])
-        phase, width, changing = self._phase[intervals], self._width[intervals], flat[runs]
-        before, rise, fall = (
-            (changing * table[intervals]).sum(axis=-1) for table in (self._before, self._rise, self._fall)
-        )
+        phase, width = self._phase[intervals], self._width[intervals]
+        before, rise, fall = np.einsum("rtq,rq->tr", self._inside[intervals], flat[runs])
         left, right = flat[runs, intervals], flat[runs, intervals + 1]
         inside = before + width * _integral_to_root(left, right, rise * width, fall * width)
         until = since_start[runs, phase] - phases[runs, phase] + lengths[runs, phase] * inside
@@ -137,4 +135,4 @@ def _integral_to_root(left: Array, right: Array, rise: Array, fall: Array) -> Ar
 @lru_cache(maxsize=32)
 def run_quadrature(path_nodes: int) -> RunQuadrature:
     """Quadrature for torques of a number of path nodes: the cruise may cover the whole path, other phases half."""
-    return RunQuadrature(max(5, path_nodes // 3 + 1), max(7, path_nodes // 2 + 1), path_nodes)
+    return RunQuadrature(max(5, path_nodes // 4 + 1), max(7, path_nodes * 2 // 5 + 1), path_nodes * 4 // 5 + 1)

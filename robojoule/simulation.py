@@ -19,7 +19,11 @@ from robojoule.robots.robot import Robot
 from robojoule.timing import Index, PathTiming
 from robojoule.trajectory import PathLaw
 
+_BLOCK_RUNS = 2048  # runs integrated at once: bounds memory
 _CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in the processor's cache
+# The C library keeps freed memory only up to the size of the largest array that it has seen freed. Without one of this
+# size, work arrays would be mapped anew for every chunk, which costs a fifth of the time.
+np.empty(4_000_000)
 
 
 @dataclass(frozen=True)
@@ -160,32 +164,38 @@ class MotionPaths:
         counts = self.torques.counts
         for count in np.unique(counts[self.moving]):
             rows = np.flatnonzero(self.moving & (counts == count))
-            quadrature = self._quadrature(int(count))
-            chunk = max(1, _CHUNK_STATES // (quadrature.count * velocity.shape[1]))
-            laws = self.timing.laws(velocity[rows], rows)
-            for first in range(0, len(rows), chunk):
-                part = slice(first, first + chunk)
-                for name, values in self._chunk(rows[part], laws.of(part), quadrature).items():
-                    arrays[name][rows[part]] = values
+            block = max(1, _BLOCK_RUNS // velocity.shape[1])
+            for first in range(0, len(rows), block):
+                part = rows[first : first + block]
+                for name, values in self._runs(part, velocity[part], self._quadrature(int(count))).items():
+                    arrays[name][part] = values
         return MotionRuns(**arrays)
 
-    def _chunk(self, rows: Index, law: PathLaw, quadrature: RunQuadrature) -> dict[str, Array]:
-        """Figures of the runs of some motions: power integrated over their laws, shape (M', S) each."""
-        states = quadrature.states(law)
-        power = self.powers(rows, *(x.reshape(len(rows), -1) for x in states))
-        bus, friction, copper = (x.reshape(states[0].shape) for x in (power.bus_w, power.friction_w, power.copper_w))
-        weights = quadrature.weights(law)
+    def _runs(self, rows: Index, velocity: Array, quadrature: RunQuadrature) -> dict[str, Array]:
+        """Figures of the runs of some motions at peak velocities (M', S) [1/s]: power integrated over their laws."""
+        law = self.timing.laws(velocity, rows)
+        states, weights = quadrature.states(law), quadrature.weights(law)
+        bus, friction, copper = np.empty((3, *weights.shape))
+        peak_torque = np.empty((len(rows), self.robot.joint_count, velocity.shape[1]))
+        chunk = max(1, _CHUNK_STATES // weights[0].size)
+        for first in range(0, len(rows), chunk):
+            part = slice(first, first + chunk)
+            power = self.powers(rows[part], *(x[part].reshape(len(rows[part]), -1) for x in states))
+            shape = bus[part].shape
+            bus[part], friction[part] = power.bus_w.reshape(shape), power.friction_w.reshape(shape)
+            copper[part] = power.copper_w.reshape(shape)
+            magnitude = np.abs(power.torque_nm.swapaxes(1, 2), out=power.torque_nm.swapaxes(1, 2))
+            peak_torque[part] = magnitude.reshape(len(magnitude), -1, *shape[1:]).max(axis=-1)
         integrals = {
-            "bus": (bus * weights).sum(axis=-1),
+            "bus": np.einsum("msq,msq->ms", bus, weights),
             "drawn": quadrature.positive_part(bus, law),
-            "friction": (friction * weights).sum(axis=-1),
-            "copper": (copper * weights).sum(axis=-1),
+            "friction": np.einsum("msq,msq->ms", friction, weights),
+            "copper": np.einsum("msq,msq->ms", copper, weights),
         }
-        torque = np.abs(power.torque_nm.swapaxes(1, 2)).reshape(len(rows), -1, *bus.shape[1:]).max(axis=-1)
         return {
             **self._energy_parts(law.duration_s.sum(axis=-1), integrals),
             "peak_power_w": mains_power_w(self.robot.drives, bus.max(axis=-1)),
-            "peak_torque_ratio": (torque / self.robot.effort_nm[:, None]).max(axis=1),
+            "peak_torque_ratio": (peak_torque / self.robot.effort_nm[:, None]).max(axis=1),
         }
 
     def _quadrature(self, path_nodes: int) -> RunQuadrature:
@@ -235,10 +245,12 @@ class MotionPaths:
         velocity = delta * s1[:, None]
         turned = [x.swapaxes(1, 2) for x in (np.sign(delta), velocity, load)]
         friction = drives.friction_nm(*turned).swapaxes(1, 2)
-        torque = load + friction
-        friction_w = (friction * velocity).sum(axis=1)
-        copper_w = (torque**2 * drives.copper_w_per_joint_nm2[:, None]).sum(axis=1)
-        bus_w = (torque * velocity).sum(axis=1) + copper_w
+        torque = load
+        torque += friction
+        friction_w = np.einsum("mnp,mnp->mp", friction, velocity)
+        bus_w = np.einsum("mnp,mnp->mp", torque, velocity)
+        copper_w = np.einsum("n,mnp->mp", drives.copper_w_per_joint_nm2, torque**2)
+        bus_w += copper_w
         return PathPowers(torque.swapaxes(1, 2), friction_w, copper_w, bus_w)
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:

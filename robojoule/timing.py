@@ -28,6 +28,7 @@ Index = NDArray[np.intp]
 DURATION_TOLERANCE_S = 1e-9
 _SEARCH_GRID = np.linspace(0.125, 1.0, 8)
 _BISECTIONS = (4, 6, 32)
+_BLOCK = 128  # motions whose torque limits are looked at together: keeps the work arrays in the processor's cache
 
 
 class PathTiming:
@@ -66,29 +67,38 @@ class PathTiming:
         torques of steady motion leave the floor within the effort limits of all joints. Where gravity and Coulomb
         friction alone exceed that, a lower velocity would not help.
         """
-        drives, effort = self.robot.drives, self.robot.effort_nm
-        inertia, centrifugal, gravity = self.torques.at_nodes
-        delta = self.delta_rad[:, None, :]
+        top = np.where(self.moving, self.full_velocity, 0.0)
+        parts = []
+        for first in range(0, max(self.motions, 1), _BLOCK):
+            block = slice(first, first + _BLOCK)
+            parts.append(self._binding_limits(block, top[block]))
+        return TorqueLimits.joined(parts), top
+
+    def _binding_limits(self, block: slice, top: Array) -> TorqueLimits:
+        """Limits of a block of motions that can bind up to the velocities `top` (M',) [1/s], which it lowers."""
+        drives, effort = self.robot.drives, self.robot.effort_nm[:, None]
+        inertia, centrifugal, gravity = np.split(self.torques.values[block], 3, axis=1)
+        delta = self.delta_rad[block][:, :, None]
 
         def limits(values: Array) -> Array:
-            return np.broadcast_to(values, gravity.shape).reshape(self.motions, -1)
+            return np.broadcast_to(values, gravity.shape).reshape(len(top), -1)
 
         every = TorqueLimits(
-            inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2 * delta)), NEVER_BINDS),
-            standing=limits(gravity + drives.coulomb_nm * np.sign(delta)),
-            viscous=limits(drives.viscous_nm_s_per_rad * delta),
+            inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2[:, None] * delta)), NEVER_BINDS),
+            standing=limits(gravity + drives.coulomb_nm[:, None] * np.sign(delta)),
+            viscous=limits(drives.viscous_nm_s_per_rad[:, None] * delta),
             centrifugal=limits(centrifugal),
             usable=limits(drives.torque_use * effort),
             floor=limits(drives.torque_floor * effort),
         )
-        none = np.zeros(self.motions)
-        reachable = reachable_velocity(every.acceleration(none), drives.filter_time_s)
-        top = np.where(self.moving, np.minimum(self.full_velocity, reachable), 0.0)
-        room = limits((1.0 - drives.torque_floor) * effort)
+        none = np.zeros(len(top))
+        np.minimum(top, reachable_velocity(every.acceleration(none), drives.filter_time_s), out=top)
         lowest, highest = every.steady_bounds(none, top)
+        room = limits((1.0 - drives.torque_floor) * effort)
         near = np.flatnonzero((np.maximum(highest, -lowest) > room).any(axis=1))
-        top[near] = np.minimum(top[near], first_reached(every.of(near), room[near]).min(axis=1, initial=np.inf))
-        return every.binding(none, top), top
+        if near.size:
+            top[near] = np.minimum(top[near], first_reached(every.of(near), room[near]).min(axis=1))
+        return every.binding(lowest, highest)
 
     @cached_property
     def fastest_velocity(self) -> Array:
@@ -106,15 +116,15 @@ class PathTiming:
         # Until a limit falls to its floor, the duration by it alone falls and then rises; behind, it may fall again. A
         # rise that is too narrow for the grid therefore ends where a limit falls to its floor.
         floors = first_reached(limits, limits.usable - limits.floor)
-        floored = np.flatnonzero((floors < top[:, None]).any(axis=1))
+        below = floors < top[:, None]
+        floored = np.flatnonzero(below.any(axis=1))
         if floored.size:
-            narrow = np.minimum(floors[floored] * (1.0 - ROUNDING), top[floored, None])
+            most = int(below.sum(axis=1).max())
+            narrow = np.minimum(np.sort(floors[floored], axis=1)[:, :most] * (1.0 - ROUNDING), top[floored, None])
             both = np.sort(np.concatenate([candidates[floored], narrow], axis=1), axis=1)
             low[floored], high[floored] = self._first_beyond(both, limits.of(floored))
-        high_is_fastest = ~self._beyond(high, limits)
-        low = np.where(high_is_fastest, high, low)
         for steps in _BISECTIONS:  # the narrower the bracket, the fewer limits can bind in it
-            limits = limits.binding(low, high)
+            limits = limits.binding(*limits.steady_bounds(low, high))
             for _ in range(steps):
                 middle = (low + high) / 2.0
                 beyond = self._beyond(middle, limits)

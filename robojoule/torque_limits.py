@@ -10,6 +10,7 @@ joint and node; only few of them can be the tightest one at some velocity of int
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -40,6 +41,25 @@ class TorqueLimits:
     usable: Array
     floor: Array
 
+    @classmethod
+    def joined(cls, parts: Sequence[TorqueLimits]) -> TorqueLimits:
+        """Limits of the motions of all parts, one after the other, filled up with limits that never bind."""
+        motions, width = sum(len(part.inertia) for part in parts), max(part.inertia.shape[1] for part in parts)
+        whole = cls._fillings((motions, width))
+        first = 0
+        for part in parts:
+            count, own = part.inertia.shape
+            for field in fields(cls):
+                getattr(whole, field.name)[first : first + count, :own] = getattr(part, field.name)
+            first += count
+        return whole
+
+    @classmethod
+    def _fillings(cls, shape: tuple[int, int]) -> TorqueLimits:
+        """Limits that never bind."""
+        values = {"inertia": NEVER_BINDS, "usable": 1.0}
+        return cls(*(np.full(shape, values.get(field.name, 0.0)) for field in fields(cls)))
+
     def of(self, rows: NDArray[np.intp]) -> TorqueLimits:
         """Limits of some motions."""
         return TorqueLimits(*(getattr(self, field.name)[rows] for field in fields(self)))
@@ -66,12 +86,20 @@ class TorqueLimits:
         moving += self.standing
         return self._left(np.maximum(np.abs(moving), np.abs(self.standing))), moving
 
-    def binding(self, low: Array, high: Array) -> TorqueLimits:
-        """The limits that can be the tightest of their motion at a velocity between two, shapes (M,) [1/s].
+    def steady_bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Bounds of the torque of steady motion between two velocities, shapes (M,) [1/s] -> (M, K). [Nm]"""
+        lowest, highest = self.standing.copy(), self.standing.copy()
+        for factor, power in ((self.viscous, 1), (self.centrifugal, 2)):
+            at_low, at_high = factor * (low**power)[:, None], factor * (high**power)[:, None]
+            lowest += np.minimum(at_low, at_high)
+            highest += np.maximum(at_low, at_high)
+        return lowest, highest
 
-        A limit whose least acceleration there exceeds the largest that another one leaves never binds.
+    def binding(self, lowest: Array, highest: Array) -> TorqueLimits:
+        """The limits that can be the tightest of their motion while steady torques keep bounds (M, K) [Nm].
+
+        A limit whose least acceleration exceeds the largest that another one leaves never binds.
         """
-        lowest, highest = self.steady_bounds(low, high)
         standing = np.abs(self.standing)
         most = self._left(np.maximum(np.maximum(lowest, -highest), standing))
         least = self._left(np.maximum(np.maximum(highest, -lowest), standing))
@@ -84,29 +112,15 @@ class TorqueLimits:
         steady /= self.inertia
         return steady
 
-    def steady_bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounds of the torque of steady motion between two velocities, shapes (M,) [1/s] -> (M, K). [Nm]"""
-        lowest, highest = self.standing.copy(), self.standing.copy()
-        for factor, power in ((self.viscous, 1), (self.centrifugal, 2)):
-            ends = factor * (low**power)[:, None], factor * (high**power)[:, None]
-            lowest += np.minimum(*ends)
-            highest += np.maximum(*ends)
-        return lowest, highest
-
     def _packed(self, chosen: NDArray[np.bool_]) -> TorqueLimits:
         """Chosen limits side by side, filled up with limits that never bind."""
         motion, limit = np.nonzero(chosen)
         counts = np.bincount(motion, minlength=len(chosen))
         place = np.arange(len(motion)) - (np.cumsum(counts) - counts)[motion]
-        shape = (len(chosen), max(int(counts.max(initial=0)), 1))
-
-        def pack(values: Array, filling: float) -> Array:
-            result = np.full(shape, filling)
-            result[motion, place] = values[motion, limit]
-            return result
-
-        fillings = {"inertia": NEVER_BINDS, "usable": 1.0}
-        return TorqueLimits(*(pack(getattr(self, field.name), fillings.get(field.name, 0.0)) for field in fields(self)))
+        packed = self._fillings((len(chosen), max(int(counts.max(initial=0)), 1)))
+        for field in fields(self):
+            getattr(packed, field.name)[motion, place] = getattr(self, field.name)[motion, limit]
+        return packed
 
 
 def first_reached(limits: TorqueLimits, room: Array) -> Array:

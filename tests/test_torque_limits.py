@@ -53,7 +53,7 @@ def test_slope_is_the_derivative(limits):
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 2.0), (0.7, 0.9), (1.3, 1.3)])
 def test_binding_limits_allow_the_same_between_the_velocities(limits, low, high):
-    few = limits.binding(np.full(SHAPE[0], low), np.full(SHAPE[0], high))
+    few = limits.binding(*limits.steady_bounds(np.full(SHAPE[0], low), np.full(SHAPE[0], high)))
     assert few.inertia.shape[1] < SHAPE[1]
     for velocity in np.linspace(low, high, 23):
         v = np.full(SHAPE[0], velocity)
