@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from robojoule.documents import Document, atomic_path, write_document
+from robojoule.documents import Document, write_document
 from robojoule.documents import load as load_document
-from robojoule.errors import InputError
+from robojoule.predictor.array_file import Arrays, read_arrays, write_arrays
 from robojoule.predictor.portable import Forest, Network, Predictor
 from robojoule.predictor.profile_parameters import Array
 
 if TYPE_CHECKING:
     from sklearn.pipeline import Pipeline
-
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the zip format's earliest date: no file may tell when it was written
 
 
 class PredictorFile(Document):
@@ -96,7 +94,7 @@ def export(predictor: Predictor, path: str | Path) -> None:
     The same predictor gives the same bytes.
     """
     path = Path(path)
-    arrays: dict[str, np.ndarray[Any, Any]] = {"input_mean": predictor.input_mean, "input_scale": predictor.input_scale}
+    arrays: Arrays = {"input_mean": predictor.input_mean, "input_scale": predictor.input_scale}
     layers, activation = 0, ""
     kind: Literal["forest", "network"] = "forest"
     for number, member in enumerate(predictor.members):
@@ -108,10 +106,7 @@ def export(predictor: Predictor, path: str | Path) -> None:
             arrays |= {f"{number}_mean": member.mean, f"{number}_scale": member.scale}
             arrays |= {f"{number}_weights_{layer}": weight for layer, weight in enumerate(member.weights)}
             arrays |= {f"{number}_biases_{layer}": bias for layer, bias in enumerate(member.biases)}
-    with atomic_path(path.with_suffix(".npz")) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy", _EPOCH), "w", force_zip64=True) as entry:
-                np.lib.format.write_array(entry, np.ascontiguousarray(array), allow_pickle=False)
+    write_arrays(path.with_suffix(".npz"), arrays)
     description = PredictorFile(
         model=predictor.model,
         inputs=predictor.inputs,
@@ -135,26 +130,12 @@ def load(path: str | Path) -> Predictor:
     """
     path = Path(path)
     described = load_document(PredictorFile, path.with_suffix(".json"))
-    source = path.with_suffix(".npz")
-    try:
-        with np.load(source, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        return _assemble(described, arrays)
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=source) from None
-    except KeyError as error:
-        raise InputError(f"the array {error} is missing", file=source) from None
-    except (OSError, EOFError, ValueError, IndexError, zipfile.BadZipFile) as error:
-        first = " ".join(str(error).split())
-        raise InputError(f"the file holds no predictor ({first})", file=source) from None
+    return read_arrays(path.with_suffix(".npz"), partial(_assemble, described))
 
 
-def _assemble(described: PredictorFile, arrays: dict[str, Any]) -> Predictor:
+def _assemble(described: PredictorFile, arrays: Arrays) -> Predictor:
     inputs = len(described.inputs)
     numbers = range(described.members)
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise ValueError(f"the array '{name}' holds values that are no finite numbers")
     mean, scale = _vector(arrays["input_mean"], inputs), _vector(arrays["input_scale"], inputs)
     members: tuple[Forest | Network, ...]
     if described.member == "forest":

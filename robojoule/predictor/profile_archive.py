@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import zipfile
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
-from robojoule.documents import Document, atomic_path, load, write_document
-from robojoule.drive import Array
-from robojoule.errors import InputError
+from robojoule.documents import Document, load, write_document
+from robojoule.predictor.array_file import Arrays, read_arrays, write_arrays
 from robojoule.predictor.calibration import Calibration
 from robojoule.predictor.physics import ProfilePredictor
 from robojoule.predictor.residual import Residual
 
 NonNegative = Annotated[float, Field(ge=0)]
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the zip format's earliest date: no file may tell when it was written
 _NOMINAL = "nominal_"
 
 
@@ -44,10 +41,7 @@ def export_profile_predictor(predictor: ProfilePredictor, path: str | Path) -> N
         "residual_scale": predictor.residual.scale,
         "residual_weights": predictor.residual.weights,
     }
-    with atomic_path(path.with_suffix(".npz")) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy", _EPOCH), "w", force_zip64=True) as entry:
-                np.lib.format.write_array(entry, np.ascontiguousarray(array), allow_pickle=False)
+    write_arrays(path.with_suffix(".npz"), arrays)
     described = ProfilePredictorFile(
         robot=predictor.robot,
         noise=predictor.calibration.noise,
@@ -69,24 +63,10 @@ def load_profile_predictor(path: str | Path) -> ProfilePredictor:
     """
     path = Path(path)
     described = load(ProfilePredictorFile, path.with_suffix(".json"))
-    source = path.with_suffix(".npz")
-    try:
-        with np.load(source, allow_pickle=False) as stored:
-            arrays: dict[str, Array] = {name: np.asarray(stored[name], dtype=float) for name in stored.files}
-        return _assemble(described, arrays)
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=source) from None
-    except KeyError as error:
-        raise InputError(f"the array {error} is missing", file=source) from None
-    except (OSError, EOFError, ValueError, IndexError, zipfile.BadZipFile) as error:
-        first = " ".join(str(error).split())
-        raise InputError(f"the file holds no profile predictor ({first})", file=source) from None
+    return read_arrays(path.with_suffix(".npz"), partial(_assemble, described))
 
 
-def _assemble(described: ProfilePredictorFile, arrays: dict[str, Array]) -> ProfilePredictor:
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise ValueError(f"the array '{name}' holds values that are no finite numbers")
+def _assemble(described: ProfilePredictorFile, arrays: Arrays) -> ProfilePredictor:
     nominal = {name.removeprefix(_NOMINAL): array for name, array in arrays.items() if name.startswith(_NOMINAL)}
     joints, directions = len(nominal["gear_ratio"]), arrays["directions"]
     if directions.ndim != 2 or len(directions) != 10 * joints:
