@@ -21,7 +21,7 @@ help:
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
 	@echo 'make test    set up, run all tests'
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they stand on'
-	@echo 'make bench   set up, time the simulation, write benchmarks/results.json'
+	@echo 'make bench   set up, measure speed and memory, write benchmarks/results.json (FULL=1: whole pipeline, too)'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
@@ -39,7 +39,7 @@ study: $(READY)
 	@$(IN_VENV) $(PY) -m dvc repro studies/dvc.yaml
 
 bench: $(READY)
-	@$(IN_VENV) $(PY) -m benchmarks.simulation --out benchmarks/results.json
+	@$(IN_VENV) $(PY) -m benchmarks $(if $(FULL),--full)
 
 lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff check .

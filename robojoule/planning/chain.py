@@ -54,7 +54,7 @@ def chain_plans(
     cheapest = np.unravel_index(int(idle.argmin()), idle.shape)
     plans = []
     for time in times.tolist():
-        check_cycle_time(graph, curve.durations_s[0], time)
+        check_cycle_time(graph, curve.least_durations_s, time)
         cycle_time = max(time, float(curve.cycle_times_s[0]))
         durations, waits = curve.plan_durations_s([cycle_time])[0], required.copy()
         waits[cheapest] += max(cycle_time - float(durations.sum() + required.sum()), 0.0)

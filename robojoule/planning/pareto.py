@@ -44,18 +44,20 @@ class ParetoCurve:
             one is the least idle power. [W]
         hull_excess_j: How far the least energy may lie above the curve between this breakpoint and the next one, for
             the profile used there is not convex, shape (B,); zero else. [J]
-        durations_s: Duration of each of the V movements at the breakpoints, shape (B, V). [s]
+        least_durations_s: Duration of each of the V movements in the fastest cycle, shape (V,). [s]
+        movements: Which movement takes the time from each breakpoint to the next one, shape (B - 1,).
     """
 
     cycle_times_s: Array
     energies_j: Array
     marginal_powers_w: Array
     hull_excess_j: Array
-    durations_s: Array
+    least_durations_s: Array
+    movements: NDArray[np.intp]
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            array = np.array(getattr(self, field.name), dtype=float)
+            array = np.array(getattr(self, field.name))
             array.setflags(write=False)
             object.__setattr__(self, field.name, array)
 
@@ -80,9 +82,14 @@ class ParetoCurve:
         Raises:
             CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
         """
-        times = self._checked(cycle_times_s)
-        columns = [np.interp(times, self.cycle_times_s, column) for column in self.durations_s.T]
-        return np.stack(columns, axis=-1)
+        times = np.atleast_1d(self._checked(cycle_times_s))
+        bounds, count = self.cycle_times_s, len(self.least_durations_s)
+        lengths = np.diff(bounds)
+        durations = np.tile(self.least_durations_s, (len(times), 1))
+        for row, time in zip(durations, times, strict=True):
+            used = np.clip(time - bounds[:-1], 0.0, lengths)  # of each step from breakpoint to breakpoint
+            row += np.bincount(self.movements, used, count)
+        return durations
 
     def _checked(self, cycle_times_s: ArrayLike) -> Array:
         times, least = np.asarray(cycle_times_s, dtype=float), float(self.cycle_times_s[0])
@@ -114,21 +121,19 @@ def pareto_curve(graph: OptimizationGraph, costs: Sequence[VertexCosts], *, fixe
     order = np.argsort(slopes, kind="stable")
     order = order[slopes[order] < idle_w]
     owner, slopes, lengths, excess = owner[order], slopes[order], lengths[order], excess[order]
-    durations = np.zeros((order.size + 1, len(hulls)))
-    durations[0] = [hull.d_min_s for hull in hulls]
-    durations[np.arange(order.size) + 1, owner] = lengths
-    durations = np.cumsum(durations, axis=0)
+    fastest = np.array([hull.d_min_s for hull in hulls])
     waits_s = waits_j = 0.0
     for vertex, cost in zip(graph.vertices, costs, strict=True):
         waits_s += vertex.least_prior_wait_s + vertex.least_post_wait_s
         waits_j += vertex.least_prior_wait_s * cost.idle_prior_w + vertex.least_post_wait_s * cost.idle_post_w
     start_j = fixed_energy_j + waits_j + sum(float(hull.energies_j[0]) for hull in hulls)
     return ParetoCurve(
-        cycle_times_s=waits_s + durations.sum(axis=1),
+        cycle_times_s=waits_s + fastest.sum() + np.append(0.0, np.cumsum(lengths)),
         energies_j=start_j + np.append(0.0, np.cumsum(slopes * lengths)),
         marginal_powers_w=np.append(slopes, idle_w),
         hull_excess_j=np.append(excess, 0.0),
-        durations_s=durations,
+        least_durations_s=fastest,
+        movements=owner,
     )
 
 

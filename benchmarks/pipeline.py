@@ -1,0 +1,67 @@
+"""The whole pipeline, forced, against the bare writing of its Parquet files and the bare fits. Part of `--full`.
+
+It runs in a copy of the project's committed files, so that no result of this folder is touched.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from benchmarks.measure import rounded, run
+from robojoule import predictor
+from robojoule.config import load_params
+from robojoule.dataset import SAMPLES_SCHEMA, samples_writer, write_table
+from robojoule.predictor import MODELS, TARGETS
+from stages.layout import Layout
+
+
+def bare_writing_s(layout: Layout, folder: Path) -> float:
+    """Seconds to write every Parquet file of the pipeline again, table by table."""
+    seconds = 0.0
+    for path in sorted(layout.data_dir.rglob("*.parquet")):
+        table, again = pq.read_table(path), folder / path.name
+        start = time.perf_counter()
+        if table.schema.equals(SAMPLES_SCHEMA):
+            with samples_writer(again) as writer:
+                writer.write_table(table, row_group_size=1 << 20)
+        else:
+            write_table(again, table)
+        seconds += time.perf_counter() - start
+    return seconds
+
+
+def bare_fits_s(root: Path) -> float:
+    """Seconds to fit the forest and the network on the training motions, one after the other."""
+    layout, params = Layout(root), load_params(root / "params.yaml")
+    features = pq.read_table(layout.features)
+    features = features.filter(np.array(features["split"].to_pylist()) == "train")
+    joints = sum(name.endswith("_angle_difference_rad") for name in features.column_names)
+    inputs = features.select(predictor.input_names(joints)).to_pandas()
+    targets = predictor.columns(features, TARGETS, layout.features)
+    start = time.perf_counter()
+    for model in MODELS:
+        predictor.fit(predictor.make_estimator(model, params.train_predictors), inputs, targets)
+    return time.perf_counter() - start
+
+
+def measure(folder: Path) -> dict[str, float]:
+    """Run `dvc repro -f`, then the bare work on what it wrote."""
+    root, bare = folder / "project", folder / "bare"
+    bare.mkdir()
+    subprocess.run(["git", "clone", "-q", ".", str(root)], check=True)
+    done = run([sys.executable, "-m", "dvc", "repro", "-f"], cwd=root, watch=True)
+    work = bare_writing_s(Layout(root), bare) + bare_fits_s(root)
+    return rounded(
+        {
+            "pipeline_over_bare_work": done.seconds / work,
+            "pipeline_s": done.seconds,
+            "bare_work_s": work,
+            "peak_mib": done.peak_mib,
+        }
+    )

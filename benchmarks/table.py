@@ -1,0 +1,146 @@
+"""The table of docs/performance.md from benchmarks/results.json. `python -m benchmarks.table` writes it anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from robojoule.documents import read_document, write_text
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "benchmarks" / "results.json"
+PAGE = ROOT / "docs" / "performance.md"
+BEGIN, END = "<!-- measured: begin -->\n", "<!-- measured: end -->\n"
+
+# Section, figure, what it is, bar, and the absolute figures beside it.
+ROWS: tuple[tuple[str, str, str, str, str], ...] = (
+    (
+        "simulation",
+        "speedup_over_plain",
+        "plain way over ours, energies of a motion at 10 speed limits",
+        "at least 100",
+        "{ours_ms_per_motion} ms against {plain_ms_per_motion} ms a motion, one core",
+    ),
+    (
+        "simulation",
+        "ratio_to_floor",
+        "ours over the floor",
+        "at most 3",
+        "floor {floor_ms_per_motion} ms a motion",
+    ),
+    (
+        "simulation",
+        "cost_of_91_over_10_speed_limits",
+        "91 speed limits over 10",
+        "at most 10",
+        "",
+    ),
+    (
+        "simulation",
+        "max_energy_deviation",
+        "largest deviation of an energy from 4 kHz samples",
+        "at most 0.001",
+        "",
+    ),
+    (
+        "series",
+        "ratio_to_bare_writer",
+        "simulation and time series to Parquet over bare writing of the same rows",
+        "",
+        "{motions_per_s_on_two_cores} motions a second on two cores (bar: 300), "
+        "bare writer {bare_writer_motions_per_s_on_one_core} on one",
+    ),
+    (
+        "series",
+        "memory_of_8_shards_over_1",
+        "peak memory of a worker, 8 shards over 1",
+        "flat",
+        "{peak_mib_of_a_worker} MiB",
+    ),
+    (
+        "scale",
+        "two_workers_over_one",
+        "rate of two worker processes over one",
+        "at least 1.8",
+        "{motions_per_s_two_workers} motions a second with two",
+    ),
+    (
+        "scale",
+        "last_slope_over_the_one_before",
+        "time of a further motion, 10 000 to 100 000 over 1000 to 10 000",
+        "1 if linear",
+        "{ms_a_further_motion} ms a further motion",
+    ),
+    (
+        "scale",
+        "memory_last_over_the_one_before",
+        "peak memory, 100 000 motions over 10 000",
+        "flat",
+        "{peak_mib} MiB in all processes (bar: 2048)",
+    ),
+    (
+        "planning",
+        "rebuilt_over_sweep",
+        "100 cycle times with models built anew over one model solved again",
+        "",
+        "model and solution {build_and_solve_ms} ms (bar: 30), 100 cycle times {sweep_of_100_s} s (bar: 1), "
+        "500 motions {tree_of_500_s} s (bar: 2)",
+    ),
+    (
+        "commands",
+        "profile_over_import_pinocchio",
+        "`robojoule profile` over `import pinocchio`",
+        "at most 3",
+        "{profile_s} s (bar: 1.5) against {import_pinocchio_s} s; `robojoule --help` {help_s} s (bar: 0.3)",
+    ),
+    (
+        "commands",
+        "noop_make_over_dvc_repro",
+        "`make repro` over `dvc repro`, nothing to do",
+        "at most 1.3",
+        "{noop_make_repro_s} s",
+    ),
+    (
+        "pipeline",
+        "pipeline_over_bare_work",
+        "`dvc repro -f` over bare writing and bare fits",
+        "at most 4",
+        "{pipeline_s} s (bar: 90) against {bare_work_s} s; {peak_mib} MiB (bar: 2048)",
+    ),
+)
+
+
+def markdown(results: dict[str, Any]) -> str:
+    """Machine, ratios with their bars, and the curve over the number of motions."""
+    machine = results["machine"]
+    versions = ", ".join(f"{name} {version}" for name, version in results["versions"].items())
+    lines = [
+        f"On {machine['processor']}, {machine['cores']} cores, Python {machine['python']}; {versions}.",
+        "",
+        "| ratio | of | bar | absolute |",
+        "|---|---|---|---|",
+    ]
+    for section, figure, text, bar, absolute in ROWS:
+        found = {name: f"{x:.4g}" for name, x in results.get(section, {}).items() if not isinstance(x, list)}
+        if figure in found:
+            lines.append(f"| {found[figure]} | {text} | {bar} | {absolute.format(**found)} |")
+    lines += ["", "| motions | runs | time [s] | peak memory [MiB] |", "|---|---|---|---|"]
+    for row in results["scale"]["curve"]:
+        motions = int(row["motions"])
+        lines.append(f"| {motions} | {10 * motions} | {row['seconds']:.1f} | {row['peak_mib']:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def measured_part(page: str) -> str:
+    """What stands between the marks of the page."""
+    return page.split(BEGIN)[1].split(END)[0]
+
+
+def update() -> None:
+    """Write the table into the page."""
+    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    write_text(PAGE, before + BEGIN + markdown(read_document(RESULTS)) + END + rest.split(END)[1])
+
+
+if __name__ == "__main__":
+    update()
