@@ -23,6 +23,7 @@ from robojoule.recursion import joint_axis, path_points
 from robojoule.robots.robot import Robot
 
 NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
+LIMIT_NODES = 29  # path positions at least where torque limits are looked at
 SERIES_TOLERANCE = 1e-9  # of the first neglected coefficient, relative to an amplitude at the highest frequency
 
 
@@ -34,7 +35,8 @@ class PathTorques:
         counts: Number of nodes and coefficients of each motion, shape (M,).
         coefficients: Coefficients of m [Nm s2], c [Nm s2] and g [Nm], joint by joint, zeros behind those of the motion,
             shape (M, 3 n, K), K being the largest of the counts.
-        values: m, c and g at the nodes of each motion, likewise, the last node repeated up to K, shape (M, 3 n, K).
+        values: m, c and g at path positions from 0 to 1, at least 29, where torque limits are looked at, likewise with
+            the last position repeated up to L, the largest of their numbers, shape (M, 3 n, L).
     """
 
     counts: NDArray[np.intp]
@@ -43,7 +45,7 @@ class PathTorques:
 
     @property
     def at_nodes(self) -> tuple[Array, Array, Array]:
-        """Values of m [Nm s2], c [Nm s2] and g [Nm] at the nodes, three arrays of shape (M, K, n)."""
+        """Values of m [Nm s2], c [Nm s2] and g [Nm], three arrays of shape (M, L, n)."""
         inertia, velocity, gravity = np.split(self.values.swapaxes(1, 2), 3, axis=2)
         return inertia, velocity, gravity
 
@@ -152,13 +154,16 @@ def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | 
     empty = np.zeros((joints, 0))
     torques = path_points(robot.model, np.concatenate([*points, empty], 1), np.concatenate([*along, empty], 1))
     coefficients = np.zeros((motions, 3 * joints, width))
-    values = np.zeros_like(coefficients)
+    limit_nodes = np.maximum(LIMIT_NODES, 2 * counts - LIMIT_NODES // 2 + 1)
+    values = np.zeros((motions, 3 * joints, int(limit_nodes.max(initial=0))))
     first = 0
     for rows, nodes in zip(groups, steps, strict=True):
         k = len(nodes)
         part = torques[..., first : first + len(rows) * k].reshape(3 * joints, len(rows), k).swapaxes(0, 1)
         first += len(rows) * k
-        coefficients[rows, :, :k] = np.matmul(part, np.linalg.inv(chebyshev_basis(nodes, k)).T)
-        values[rows, :, :k] = part
-        values[rows, :, k:] = part[:, :, -1:]
+        series = np.matmul(part, np.linalg.inv(chebyshev_basis(nodes, k)).T)
+        coefficients[rows, :, :k] = series
+        looked_at = chebyshev_nodes(int(limit_nodes[rows[0]]))
+        at = np.matmul(series, chebyshev_basis(looked_at, k).T)
+        values[rows, :, : len(looked_at)], values[rows, :, len(looked_at) :] = at, at[:, :, -1:]
     return PathTorques(counts, coefficients, values)

@@ -104,7 +104,7 @@ class RunQuadrature:
         since_start = np.cumsum(phases, axis=1)
         negative = flat < 0.0
         result = np.where(negative[:, -1], 0.0, since_start[:, -1])
-        runs, intervals = np.nonzero(negative[:, 1:] != negative[:, :-1])
+        runs, intervals = np.divmod(np.flatnonzero(negative[:, 1:] != negative[:, :-1]), self.count - 1)
         phase, width = self._phase[intervals], self._width[intervals]
         before, rise, fall = np.einsum("rtq,rq->tr", self._inside[intervals], flat[runs])
         left, right = flat[runs, intervals], flat[runs, intervals + 1]

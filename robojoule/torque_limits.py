@@ -114,12 +114,13 @@ class TorqueLimits:
 
     def _packed(self, chosen: NDArray[np.bool_]) -> TorqueLimits:
         """Chosen limits side by side, filled up with limits that never bind."""
-        motion, limit = np.nonzero(chosen)
+        flat = np.flatnonzero(chosen)
+        motion = flat // chosen.shape[1]
         counts = np.bincount(motion, minlength=len(chosen))
         place = np.arange(len(motion)) - (np.cumsum(counts) - counts)[motion]
         packed = self._fillings((len(chosen), max(int(counts.max(initial=0)), 1)))
         for field in fields(self):
-            getattr(packed, field.name)[motion, place] = getattr(self, field.name)[motion, limit]
+            getattr(packed, field.name)[motion, place] = getattr(self, field.name).ravel()[flat]
         return packed
 
 

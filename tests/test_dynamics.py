@@ -4,7 +4,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from robojoule.dynamics import chebyshev_basis, chebyshev_nodes, inverse_dynamics, node_counts, path_torques
+from robojoule.dynamics import (
+    LIMIT_NODES,
+    chebyshev_basis,
+    chebyshev_nodes,
+    inverse_dynamics,
+    node_counts,
+    path_torques,
+)
 from tests.core_cases import hard_paths, kr16, random_motions
 
 
@@ -86,6 +93,21 @@ def test_a_first_joint_about_the_vertical_needs_no_nodes(robot):
     assert path_torques(leaning, start, delta).gravity_nm[0] == pytest.approx(
         exact.gravity_nm[0, : counts[1]], abs=1e-7
     )
+
+
+def test_values_for_torque_limits_are_those_of_full_inverse_dynamics(robot):
+    start, end = random_motions(robot, 8)
+    delta = (end - start) * np.linspace(0.2, 2.0, 8)[:, None]
+    torques = path_torques(robot, start, delta)
+    inertia, _, gravity = torques.at_nodes
+    assert inertia.shape[1] >= LIMIT_NODES
+    zero = np.zeros_like(start)
+    for at, place in ((0, start), (-1, start + delta)):
+        expected = inverse_dynamics(robot, place, zero, zero)
+        assert gravity[:, at] == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+        assert inertia[:, at] == pytest.approx(
+            inverse_dynamics(robot, place, zero, delta) - expected, abs=1e-9 * np.abs(inertia).max()
+        )
 
 
 def test_a_motion_does_not_depend_on_its_companions(robot):

@@ -186,7 +186,7 @@ def test_fastest_peak_velocity_is_where_the_duration_begins_to_rise(name):
     inertia, centrifugal, gravity = paths.torques.at_nodes
     inertia = np.abs(inertia + drives.reflected_inertia_kg_m2 * delta)
     standing = gravity + drives.coulomb_nm * np.sign(delta)
-    fastest, scale = paths.timing.fastest_velocity, np.append(np.linspace(0.02, 1.0, 800), 1.001)
+    fastest, scale = paths.timing.fastest_velocity, np.append(np.linspace(0.02, 1.0, 800), 1.00001)
     durations = []
     for v in scale[:, None] * fastest:
         moving = standing + v[:, None, None] * (drives.viscous_nm_s_per_rad * delta + v[:, None, None] * centrifugal)
