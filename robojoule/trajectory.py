@@ -92,7 +92,7 @@ def path_law(length: float, velocity: float, acceleration: float, jerk: float) -
     problem.max_acceleration = [acceleration * length]
     problem.max_jerk = [jerk * length]
     trajectory = Trajectory(1)
-    result = _GENERATOR.calculate(problem, trajectory)
+    result = Ruckig(1).calculate(problem, trajectory)
     if result not in (Result.Working, Result.Finished):
         raise RobojouleError(
             f"Ruckig found no trajectory over {length:.6g} rad with velocity {velocity:.6g} 1/s, "
@@ -106,9 +106,6 @@ def path_law(length: float, velocity: float, acceleration: float, jerk: float) -
         velocity=np.asarray(profile.v)[:PHASES] / length,
         position=np.asarray(profile.p)[:PHASES] / length,
     )
-
-
-_GENERATOR = Ruckig(1)
 
 
 def rest_to_rest_law(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:
