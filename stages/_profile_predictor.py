@@ -17,7 +17,7 @@ from robojoule.errors import RobojouleError
 from robojoule.predictor import TARGETS
 from robojoule.predictor.gate import passes_gate
 from robojoule.predictor.measurements import MeasuredTable, read_measurements
-from robojoule.predictor.physics import ProfilePredictor, fit_profile_predictor
+from robojoule.predictor.physics import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
 from robojoule.predictor.profile_archive import export_profile_predictor, load_profile_predictor
 from robojoule.predictor.targets import profile_parameters
 from robojoule.robots import load_robot
@@ -40,12 +40,15 @@ class ProfileTraining:
         predictor: The predictor.
         predictions: Predicted and measured parameters of held-out motions, one row each, as those of other models.
         training: Measured parameters of the training motions, shape (K, 3).
+        interval: `coverage_percent`, share of the test runs inside the prediction interval; `half_width_percent`, median
+            of half its width over the energy. [%]
         fit_s: Time of the fit, for the record only. [s]
     """
 
     predictor: ProfilePredictor
     predictions: pa.Table
     training: np.ndarray
+    interval: dict[str, float]
     fit_s: float
 
     def passes(self, rivals: Sequence[np.ndarray] = ()) -> bool:
@@ -66,12 +69,25 @@ def train_profile_predictor(params: Params, layout: Layout) -> ProfileTraining:
     fit_s = time.perf_counter() - start
     export_profile_predictor(fitted, layout.models_dir / "profile_predictor")
     predictor = load_profile_predictor(layout.models_dir / "profile_predictor")
-    tables = [
-        _predictions(predictor, read_measurements(robot, layout.motions, layout.runs, split), split)
-        for split in ("test", "experiment")
-    ]
+    tables, interval = [], {}
+    for split in ("test", "experiment"):
+        table = read_measurements(robot, layout.motions, layout.runs, split)
+        predicted = predictor.predict(table.measurements.paths, table.measurements.speed_limits)
+        tables.append(_predictions(predicted, table, split))
+        if split == "test":
+            interval = _interval(predicted, table.measurements)
     predictions = pa.concat_tables(tables).sort_by("motion_id")
-    return ProfileTraining(predictor, predictions, _parameters(train), fit_s)
+    return ProfileTraining(predictor, predictions, _parameters(train), interval, fit_s)
+
+
+def _interval(predicted: PredictedProfiles, measured: Measurements) -> dict[str, float]:
+    moving, energy = measured.paths.moving, measured.energy_j
+    inside = (energy >= predicted.lower_j) & (energy <= predicted.upper_j)
+    width = (predicted.upper_j - predicted.lower_j)[moving] / 2.0 / energy[moving]
+    return {
+        "coverage_percent": round(100.0 * float(inside[moving].mean()), 2),
+        "half_width_percent": round(100.0 * float(np.median(width)), 4),
+    }
 
 
 def _parameters(table: MeasuredTable) -> np.ndarray:
@@ -79,8 +95,7 @@ def _parameters(table: MeasuredTable) -> np.ndarray:
     return profile_parameters(measured.paths.durations(measured.speed_limits), measured.energy_j)
 
 
-def _predictions(predictor: ProfilePredictor, table: MeasuredTable, split: str) -> pa.Table:
-    predicted = predictor.predict(table.measurements.paths, table.measurements.speed_limits)
+def _predictions(predicted: PredictedProfiles, table: MeasuredTable, split: str) -> pa.Table:
     ours, measured = profile_parameters(predicted.duration_s, predicted.energy_j), _parameters(table)
     columns: dict[str, object] = {
         "motion_id": pa.array(table.motion_id, pa.int32()),
@@ -120,8 +135,7 @@ def record_profile_predictor(
     with mlflow.start_run(run_name=MODEL, tags=tags), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # advice on type hints and examples; the signature is given
         mlflow.log_params({"model": MODEL, "training_trees": TRAINING_TREES, "runs_per_motion": RUNS_PER_MOTION})
-        fitted = {"fit_s": training.fit_s, "interval": training.predictor.interval}
-        mlflow.log_metrics(_tracking.figures_of(MODEL, metrics) | fitted)
+        mlflow.log_metrics(_tracking.figures_of(MODEL, metrics) | {"fit_s": training.fit_s})
         if not passed:
             for file in files.values():
                 mlflow.log_artifact(file, "rejected")

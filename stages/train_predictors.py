@@ -49,7 +49,7 @@ def train_predictors(params: Params, layout: Layout) -> None:
     """Train on the training trees, predict the test and experiment motions, and record each training in MLflow."""
     features = _read_features(layout)
     trainings, profiles, predictions = fit_models(params, layout, features)
-    metrics = write_tables(layout, features, predictions)
+    metrics = write_tables(layout, features, predictions, profiles.interval)
     record = _tracking.Recorder(layout, params)
     for training in trainings:
         print(f"train_predictors: {training.model}, recorded in MLflow", flush=True)
@@ -104,9 +104,12 @@ def _fit(model: str, params: TrainPredictorsParams, frame: Any, targets: np.ndar
     return Training(model, estimator, time.perf_counter() - start)
 
 
-def write_tables(layout: Layout, features: pa.Table, predictions: pa.Table) -> _tracking.Metrics:
+def write_tables(
+    layout: Layout, features: pa.Table, predictions: pa.Table, interval: dict[str, float]
+) -> _tracking.Metrics:
     """Write Table 5.1, the order of suitability, the claims and the metrics; return the metrics."""
     errors, order, metrics = _evaluate(predictions, features)
+    metrics["interval"] = {MODEL: interval}
     _write_csv(layout.tables_dir / "table_5_1.csv", errors)
     _write_csv(layout.tables_dir / "suitability.csv", order)
     _write_csv(layout.tables_dir / "claims_predictors.csv", claims.rows(predictions, metrics))

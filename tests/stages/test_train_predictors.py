@@ -109,8 +109,8 @@ def refit(trained: Layout, root: Path, features: pa.Table, runs: pa.Table) -> No
     layout.data_dir.mkdir()
     os.link(trained.motions, layout.motions)
     pq.write_table(runs, layout.runs)
-    *_, predictions = fit_models(params(), layout, features)
-    write_tables(layout, features, predictions)
+    _, profiles, predictions = fit_models(params(), layout, features)
+    write_tables(layout, features, predictions, profiles.interval)
 
 
 def test_experiment_and_test_targets_do_not_reach_the_models(trained: Layout, tmp_path: Path) -> None:
@@ -144,6 +144,9 @@ def test_the_profile_predictor_beats_the_models_of_three_numbers(trained: Layout
     for target in predictor.TARGETS:
         np.testing.assert_allclose(rows[f"{target}_measured"], features[target].to_numpy()[places], atol=1e-9)
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
+    # Nominally 90 % of the runs; few trees calibrate it here.
+    assert 60.0 < metrics["interval"][PROFILES]["coverage_percent"] <= 100.0
+    assert metrics["interval"][PROFILES]["half_width_percent"] < 1.0
     for target in predictor.TARGETS:
         ours = metrics[target][PROFILES]["abs_mean"]
         assert ours < min(metrics[target][model]["abs_mean"] for model in predictor.MODELS)
@@ -184,7 +187,8 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
     assert list(claims[0]) == ["claim", "thesis", "ours", "held"]
     assert {row["held"] for row in claims} <= {"true", "false"}
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
-    assert set(metrics) == {*predictor.TARGETS, "suitability"}
+    assert set(metrics) == {*predictor.TARGETS, "suitability", "interval"}
+    assert set(metrics["interval"]) == {PROFILES}
     for target in predictor.TARGETS:
         assert set(metrics[target]) == set(EVERY_MODEL)
         assert metrics[target]["random_forest"]["rel_p50_percent"] >= 0
