@@ -19,7 +19,7 @@ from robojoule.robots.robot import Robot
 from robojoule.timing import Index, PathTiming
 from robojoule.trajectory import PathLaw
 
-_BLOCK_RUNS = 2048  # runs integrated at once: bounds memory
+_BLOCK_RUNS = 4096  # runs integrated at once: bounds memory
 _CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in the processor's cache
 # The C library keeps freed memory only up to the size of the largest array that it has seen freed. Without one of this
 # size, work arrays would be mapped anew for every chunk, which costs a fifth of the time.

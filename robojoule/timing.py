@@ -27,7 +27,7 @@ Index = NDArray[np.intp]
 
 DURATION_TOLERANCE_S = 1e-9
 _SEARCH_GRID = np.linspace(0.2, 1.0, 5)
-_BISECTIONS = (4, 6, 32)
+_BISECTIONS = (4, 6, 28)
 _BLOCK = 128  # motions whose torque limits are looked at together: keeps the work arrays in the processor's cache
 
 
