@@ -40,8 +40,8 @@ class ProfileTraining:
         predictor: The predictor.
         predictions: Predicted and measured parameters of held-out motions, one row each, as those of other models.
         training: Measured parameters of the training motions, shape (K, 3).
-        interval: `coverage_percent`, share of the test runs inside the prediction interval; `half_width_percent`, median
-            of half its width over the energy. [%]
+        interval: `coverage_percent`, share of the test runs inside the prediction interval; `half_width_percent`,
+            median of half its width over the energy. [%]
         fit_s: Time of the fit, for the record only. [s]
     """
 

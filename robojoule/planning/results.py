@@ -292,7 +292,7 @@ def metrics(results: ExperimentResults) -> dict[str, dict[str, dict[str, float] 
         named["krc_polynomial"] = polynomial[int(np.argmax(means))]
     return {
         name: {f"{relaxation:g}": _mean_metrics(results, variant, relaxation) for relaxation in results.relaxations()}
-        | {"runs_per_motion": round(results.runs_per_motion(variant), 2)}
+        | {"runs_per_motion": round(float(results.runs_per_motion(variant)), 2)}
         for name, variant in sorted(named.items())
     }
 
