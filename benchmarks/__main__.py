@@ -22,7 +22,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         works = {
-            "simulation": lambda: simulation.measure(1000, 10, 5),
+            "simulation": lambda: simulation.measure(1000, 20, 9),
             "series": lambda: series.measure(folder),
             "planning": planning.measure,
             "commands": commands.measure,

@@ -12,19 +12,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
 import time
 from collections.abc import Callable
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 from threadpoolctl import threadpool_limits
 
-from robojoule.documents import write_document
 from robojoule.drive import Array, mains_power_w
 from robojoule.dynamics import inverse_dynamics, path_torques
 from robojoule.quadrature import RunQuadrature
@@ -205,15 +200,10 @@ def main() -> None:
     """Print one JSON line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer motions and rounds, under 40 s")
-    parser.add_argument("--out", type=Path, help="also write the result with machine and versions here (JSON)")
     arguments = parser.parse_args()
     with threadpool_limits(1):
         result = measure(600, 5, 5) if arguments.quick else measure(1000, 20, 9)
     print(json.dumps(result))
-    if arguments.out:
-        machine = {"processor": platform.machine(), "cores": os.cpu_count(), "python": platform.python_version()}
-        versions = {name: version(name) for name in ("numpy", "pin", "ruckig", "robojoule")}
-        write_document(arguments.out, {"machine": machine, "versions": versions, "simulation": result})
 
 
 if __name__ == "__main__":
