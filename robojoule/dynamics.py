@@ -129,7 +129,8 @@ def inverse_dynamics(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
         return np.zeros_like(q)
     pool = pin.ModelPool(robot.model, 1)
     columns = (np.asfortranarray(x.T) for x in (q, qd, qdd))
-    return np.ascontiguousarray(pin.rneaInParallel(1, pool, *columns).T)
+    # Pinocchio gives a flat array for a single joint.
+    return np.ascontiguousarray(pin.rneaInParallel(1, pool, *columns).T.reshape(q.shape))
 
 
 def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | None = None) -> PathTorques:

@@ -12,7 +12,9 @@ from robojoule.dynamics import (
     node_counts,
     path_torques,
 )
+from robojoule.robots.robot import Robot
 from tests.core_cases import hard_paths, kr16, random_motions
+from tests.robots.arms import arm_file
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +48,13 @@ def test_series_end_below_rounding(robot):
             assert tail <= 1e-9 * np.abs(torques.coefficients[motion]).max()
 
 
-def test_batched_inverse_dynamics_equals_pinocchios_own_call(robot):
+@pytest.mark.parametrize("arm", [kr16(), Robot(arm_file(1))], ids=lambda arm: f"{arm.joint_count} joints")
+def test_batched_inverse_dynamics_equals_pinocchios_own_call(arm):
     rng = np.random.default_rng(0)
-    q, qd, qdd = rng.normal(size=(3, 7, 6))
-    data = robot.model.createData()
-    expected = np.array([pin.rnea(robot.model, data, *state) for state in zip(q, qd, qdd, strict=True)])
-    assert np.array_equal(inverse_dynamics(robot, q, qd, qdd), expected)
+    q, qd, qdd = rng.normal(size=(3, 7, arm.joint_count))
+    data = arm.model.createData()
+    expected = np.array([pin.rnea(arm.model, data, *state) for state in zip(q, qd, qdd, strict=True)])
+    assert np.array_equal(inverse_dynamics(arm, q, qd, qdd), expected)
 
 
 def test_turning_joint_1_changes_nothing(robot):

@@ -23,7 +23,7 @@ def expected(model: pin.Model, q: np.ndarray, along: np.ndarray) -> np.ndarray:
 def check(model: pin.Model, states: int) -> None:
     q, along = np.random.default_rng(3).uniform(-3.0, 3.0, (2, model.nv, states))
     found, reference = path_points(model, q, along), expected(model, q, along)
-    for part, exact in zip(found, reference, strict=True):
+    for part, exact in ((found[:2], reference[:2]), (found[2], reference[2])):  # c of a single joint is zero
         assert np.abs(part - exact).max() <= 1e-13 * np.abs(exact).max()
 
 
@@ -32,10 +32,11 @@ def test_every_robot_of_the_catalog(name):
     check(load_robot(name, Payload(3.0, (0.02, -0.05, 0.1))).model, 12)
 
 
-def test_any_axes_placements_inertias_and_branches():
+@pytest.mark.parametrize("parents", [[0], [0, 1, 2, 2, 4]], ids=["one joint", "branches"])
+def test_any_axes_placements_and_inertias(parents):
     rng = np.random.default_rng(7)
     model = pin.Model()
-    for joint, parent in enumerate([0, 1, 2, 2, 4]):
+    for joint, parent in enumerate(parents):
         axis = rng.normal(size=3)
         index = model.addJoint(
             parent, pin.JointModelRevoluteUnaligned(axis / np.linalg.norm(axis)), pin.SE3.Random(), str(joint)

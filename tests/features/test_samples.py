@@ -41,7 +41,7 @@ def test_every_joint_of_an_arm_has_its_samples(tmp_path, joints):
     assert position[0] == pytest.approx(points[1], abs=1e-6)
     assert position[-1] == pytest.approx(points[2], abs=1e-6)
     drives, sense = robot.drives, np.sign(points[2] - points[1])
-    expected = inverse_dynamics(robot, position, velocity, acceleration).reshape(position.shape)
+    expected = inverse_dynamics(robot, position, velocity, acceleration)
     expected += drives.gear_ratio**2 * drives.rotor_inertia_kg_m2 * acceleration
     expected += drives.coulomb_nm * sense + drives.viscous_nm_s_per_rad * velocity
     assert torque[1:-1] == pytest.approx(expected[1:-1], abs=1e-3 * robot.effort_nm[0])
