@@ -12,8 +12,8 @@ from benchmarks.measure import Finished, rounded, run
 
 SIZES = (1_000, 10_000)
 FULL_SIZE = 100_000
-COMPARED = 60_000  # motions with one worker and with two
-SHARD_MOTIONS = 5_000
+COMPARED = 80_000  # motions with one worker and with two
+SHARD_MOTIONS = 10_000
 
 
 def command(out: Path, motions: int, *options: str) -> Finished:
@@ -32,13 +32,14 @@ def curve(folder: Path, sizes: tuple[int, ...]) -> list[dict[str, float]]:
     """Whole commands with two worker processes, from start to manifest."""
     rows = []
     for motions in sizes:
-        done = command(folder / f"{motions}", motions, "--workers", "2")
+        shard = min(SHARD_MOTIONS, motions // 2)  # work for both workers
+        done = command(folder / f"{motions}", motions, "--workers", "2", "--shard-motions", str(shard))
         rows.append(rounded({"motions": motions, "seconds": done.seconds, "peak_mib": done.peak_mib}, 6))
     return rows
 
 
 def measure(folder: Path, full: bool) -> dict[str, object]:
-    """The curve, its last decade against the one before, and the gain by a second worker."""
+    """The curve, what a further motion takes along its last decade, and the gain by a second worker."""
     rows = curve(folder, (*SIZES, FULL_SIZE) if full else SIZES)
     rates: dict[int, list[float]] = {1: [], 2: []}
     for attempt in range(2):
@@ -47,21 +48,15 @@ def measure(folder: Path, full: bool) -> dict[str, object]:
             log = command(folder / f"{workers}-{attempt}", COMPARED, *options).output
             rates[workers].append(motions_per_s(log, SHARD_MOTIONS, workers))
     one, two = (median(rates[workers]) for workers in rates)
-    slopes = [(b["seconds"] - a["seconds"]) / (b["motions"] - a["motions"]) for a, b in pairwise(rows)]
-    last = {}
-    if full:  # a set of one shard has one worker at work only: the first two sizes tell little
-        last = {
-            "last_slope_over_the_one_before": slopes[-1] / slopes[-2],
-            "memory_last_over_the_one_before": rows[-1]["peak_mib"] / rows[-2]["peak_mib"],
-        }
+    further = [(b["seconds"] - a["seconds"]) / (b["motions"] - a["motions"]) for a, b in pairwise(rows)]
     return {
         "curve": rows,
         **rounded(
             {
                 "two_workers_over_one": two / one,
                 "motions_per_s_two_workers": two,
-                "ms_a_further_motion": 1e3 * slopes[-1],
-                **last,
+                "ms_a_further_motion": 1e3 * further[-1],
+                "memory_last_over_the_one_before": rows[-1]["peak_mib"] / rows[-2]["peak_mib"],
                 "peak_mib": max(row["peak_mib"] for row in rows),
             }
         ),

@@ -74,17 +74,10 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
     ),
     (
         "scale",
-        "last_slope_over_the_one_before",
-        "time of a further motion, 10 000 to 100 000 over 1000 to 10 000",
-        "1 if linear",
-        "{ms_a_further_motion} ms a further motion",
-    ),
-    (
-        "scale",
         "memory_last_over_the_one_before",
-        "peak memory, 100 000 motions over 10 000",
+        "peak memory, largest set over a tenth of it",
         "flat",
-        "{peak_mib} MiB in all processes (bar: 2048)",
+        "{peak_mib} MiB in all processes (bar: 2048); {ms_a_further_motion} ms a further motion",
     ),
     (
         "planning",
