@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robojoule.drive import Array
 from robojoule.timing import Index
@@ -28,14 +29,12 @@ def energy_model_figures(
         the median chord from the optimum to the slowest run [W]; the deviation of the motion nearest to the thesis's
         example (largest relative difference over its three durations and energies) [-].
     """
-    full_duration, full_energy, trees = duration_s[experiment, -1], energy_j[experiment, -1], tree[experiment]
-    powers = np.array([full_energy[trees == t].sum() / full_duration[trees == t].sum() for t in np.unique(trees)])
+    powers = tree_powers_w(duration_s[experiment], energy_j[experiment], tree[experiment])
     rows = np.flatnonzero(duration_s[:, -1] > 0)
     duration, energy = duration_s[rows], energy_j[rows]
     best = energy.argmin(axis=1)
     number = np.arange(len(rows))
     optimum_s, optimum_j = duration[number, best], energy[number, best]
-    inside = (best > 0) & (optimum_s > duration[:, -1] + 1e-9)
     rising = np.flatnonzero(best > 0)
     chord = (energy[rising, 0] - optimum_j[rising]) / (duration[rising, 0] - optimum_s[rising])
     return {
@@ -43,11 +42,23 @@ def energy_model_figures(
         "min_tree_power_full_speed_w": float(powers.min()),
         "max_tree_power_full_speed_w": float(powers.max()),
         "duration_ratio_slowest_to_fastest": float(np.median(duration[:, 0] / duration[:, -1])),
-        "optimum_inside_percent": 100.0 * float(inside.mean()),
+        "optimum_inside_percent": 100.0 * float(inside(duration, energy).mean()),
         "rising_linear_r2": rising_linear_r2(duration, energy),
         "rising_chord_w": float(np.median(chord)),
         "example_motion_deviation": float(np.abs(example_deviations(duration, energy)).max(axis=1).min()),
     }
+
+
+def tree_powers_w(duration_s: Array, energy_j: Array, tree: Index) -> Array:
+    """Mean power of each tree at full speed, trees in rising order; arguments as in `energy_model_figures`. [W]"""
+    return np.array([energy_j[tree == t, -1].sum() / duration_s[tree == t, -1].sum() for t in np.unique(tree)])
+
+
+def inside(duration_s: Array, energy_j: Array) -> NDArray[np.bool_]:
+    """Whether each profile's optimum lies at neither end; arguments as in `energy_model_figures`, result (M,)."""
+    best = energy_j.argmin(axis=1)
+    optimum_s = duration_s[np.arange(len(best)), best]
+    return np.asarray((best > 0) & (optimum_s > duration_s[:, -1] + 1e-9), dtype=np.bool_)
 
 
 def example_deviations(duration_s: Array, energy_j: Array) -> Array:
