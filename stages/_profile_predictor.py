@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -21,12 +21,13 @@ from robojoule.predictor.physics import Measurements, PredictedProfiles, Profile
 from robojoule.predictor.profile_archive import export_profile_predictor, load_profile_predictor
 from robojoule.predictor.targets import profile_parameters
 from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload
+from robojoule.robots.robot import Payload, Robot
 from stages import _tracking
 from stages.layout import Layout
 
 MODEL = "robojoule_predicted"
 REGISTERED = "robojoule_profile_predictor"
+HELD_OUT = ("test", "experiment")
 TRAINING_TREES = 60  # spread over the training trees: more change nothing
 RUNS_PER_MOTION = 3
 MODEL_CODE = Path(__file__).with_name("_profile_model.py")
@@ -60,24 +61,37 @@ class ProfileTraining:
         return passes_gate(predicted, measured, self.training, rivals)
 
 
-def train_profile_predictor(params: Params, layout: Layout) -> ProfileTraining:
+def robot_of(params: Params) -> Robot:
+    """The catalog entry with the payload of the parameters."""
+    return load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
+
+
+def read_measured(params: Params, layout: Layout) -> dict[str, MeasuredTable]:
+    """Measured motions by split: those of some training trees, and all of `HELD_OUT`."""
+    robot = robot_of(params)
+    most_trees = {"train": TRAINING_TREES}
+    return {
+        split: read_measurements(robot, layout.motions, layout.runs, split, most_trees.get(split))
+        for split in ("train", *HELD_OUT)
+    }
+
+
+def train_profile_predictor(layout: Layout, measured: Mapping[str, MeasuredTable]) -> ProfileTraining:
     """Fit to training trees, write `models/profile_predictor`, read it back and predict the held-out motions."""
-    robot = load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
-    train = read_measurements(robot, layout.motions, layout.runs, "train", TRAINING_TREES)
+    train = measured["train"].measurements
     start = time.perf_counter()
-    fitted = fit_profile_predictor(robot, [train.measurements.thinned(RUNS_PER_MOTION)])
+    fitted = fit_profile_predictor(train.paths.robot, [train.thinned(RUNS_PER_MOTION)])
     fit_s = time.perf_counter() - start
     export_profile_predictor(fitted, layout.models_dir / "profile_predictor")
     predictor = load_profile_predictor(layout.models_dir / "profile_predictor")
-    tables, interval = [], {}
-    for split in ("test", "experiment"):
-        table = read_measurements(robot, layout.motions, layout.runs, split)
-        predicted = predictor.predict(table.measurements.paths, table.measurements.speed_limits)
-        tables.append(_predictions(predicted, table, split))
-        if split == "test":
-            interval = _interval(predicted, table.measurements)
+    predicted = {
+        split: predictor.predict(measured[split].measurements.paths, measured[split].measurements.speed_limits)
+        for split in HELD_OUT
+    }
+    tables = [_predictions(predicted[split], measured[split], split) for split in HELD_OUT]
     predictions = pa.concat_tables(tables).sort_by("motion_id")
-    return ProfileTraining(predictor, predictions, _parameters(train), interval, fit_s)
+    interval = _interval(predicted["test"], measured["test"].measurements)
+    return ProfileTraining(predictor, predictions, _parameters(measured["train"]), interval, fit_s)
 
 
 def _interval(predicted: PredictedProfiles, measured: Measurements) -> dict[str, float]:

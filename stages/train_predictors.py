@@ -24,7 +24,15 @@ from robojoule.errors import InputError
 from robojoule.predictor import MODELS, TARGETS, claims, evaluation
 from stages import _tracking
 from stages._cli import run
-from stages._profile_predictor import MODEL, ProfileTraining, record_profile_predictor, train_profile_predictor
+from stages._profile_predictor import (
+    HELD_OUT,
+    MODEL,
+    ProfileTraining,
+    read_measured,
+    record_profile_predictor,
+    robot_of,
+    train_profile_predictor,
+)
 from stages.layout import Layout
 
 Rows = list[dict[str, object]]
@@ -47,7 +55,7 @@ class Training:
 
 def train_predictors(params: Params, layout: Layout) -> None:
     """Train on the training trees, predict the test and experiment motions, and record each training in MLflow."""
-    features = _read_features(layout)
+    features = _read_features(params, layout)
     trainings, profiles, predictions = fit_models(params, layout, features)
     metrics = write_tables(layout, features, predictions, profiles.interval)
     record = _tracking.Recorder(layout, params)
@@ -72,18 +80,22 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
         InputError: The features, motions or runs cannot be trained on.
     """
     splits = np.array(features["split"].to_pylist())
-    inputs = predictor.columns(features, names := _input_names(features), layout.features)
+    inputs = predictor.columns(features, names := _input_names(params), layout.features)
     targets = predictor.columns(features, TARGETS, layout.features)
     training, held_out = splits == "train", splits != "train"
     if not training.any() or not (splits == "test").any():
         raise InputError("there are no training or no test motions", file=layout.features, key="split")
+    measured = read_measured(params, layout)
+    judged = np.sort(np.concatenate([measured[split].motion_id for split in HELD_OUT]))
+    if not np.array_equal(features["motion_id"].to_numpy()[held_out], judged):
+        raise InputError("the held-out motions are not those of the features", file=layout.motions, key="motion_id")
     frame = features.filter(pa.array(training)).select(names).to_pandas()
     print(f"train_predictors: {', '.join((*MODELS, MODEL))}; {len(frame)} motions", flush=True)
     # Spawned, not forked: a copy of a process with threads may hang.
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         network = pool.submit(_fit, "neural_network", params.train_predictors, frame, targets[training])
         forest = _fit("random_forest", params.train_predictors, frame, targets[training])
-        profiles = train_profile_predictor(params, layout)
+        profiles = train_profile_predictor(layout, measured)
         trainings = [forest, network.result()]
 
     tables = []
@@ -117,18 +129,19 @@ def write_tables(
     return metrics
 
 
-def _read_features(layout: Layout) -> pa.Table:
-    if not layout.features.exists():
-        raise InputError("there are no features; run the stage build_features first", file=layout.features)
-    try:
-        return pq.read_table(layout.features)
-    except (pa.ArrowException, OSError) as error:
-        raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=layout.features) from None
+def _input_names(params: Params) -> tuple[str, ...]:
+    """The inputs for as many joints as the robot has."""
+    return predictor.input_names(robot_of(params).joint_count)
 
 
-def _input_names(features: pa.Table) -> tuple[str, ...]:
-    """The inputs for as many joints as the features have."""
-    return predictor.input_names(sum(name.endswith("_angle_difference_rad") for name in features.column_names))
+def _read_features(params: Params, layout: Layout) -> pa.Table:
+    """The columns that are needed, sorted by motion."""
+    return predictor.read_table(
+        layout.features,
+        "build_features",
+        numbers=["motion_id", "duration_fastest_s", "duration_slowest_s", *_input_names(params), *TARGETS],
+        texts=["tree_id", "split"],
+    ).sort_by("motion_id")
 
 
 def _predictions(features: pa.Table, model: str, raw: np.ndarray) -> pa.Table:

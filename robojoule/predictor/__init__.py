@@ -7,7 +7,8 @@ written (`export`) and read (`load`) again; a loaded predictor needs numpy only.
 from robojoule.predictor.archive import export, load, portable
 from robojoule.predictor.estimators import MODELS, fit, make_estimator
 from robojoule.predictor.portable import Predictor
-from robojoule.predictor.profile_parameters import TARGETS, bounded, columns, input_names, steepness
+from robojoule.predictor.profile_parameters import TARGETS, bounded, input_names, steepness
+from robojoule.predictor.tables import columns, read_table
 
 __all__ = [
     "MODELS",
@@ -21,5 +22,6 @@ __all__ = [
     "load",
     "make_estimator",
     "portable",
+    "read_table",
     "steepness",
 ]

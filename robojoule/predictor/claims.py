@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robojoule.predictor.profile_parameters import TARGETS, columns
+from robojoule.predictor.profile_parameters import TARGETS
+from robojoule.predictor.tables import columns
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from robojoule.errors import InputError
 from robojoule.predictor.physics import Measurements
+from robojoule.predictor.tables import Array, columns, read_table
 from robojoule.robots.robot import Robot
 from robojoule.simulation import MotionPaths
 
@@ -46,7 +46,16 @@ def read_measurements(
     Raises:
         InputError: A file is missing or cannot be read, there is no such motion, or a run is missing.
     """
-    table = _read(Path(motions), [("split", "==", split)]).sort_by("motion_id")
+    motions, runs = Path(motions), Path(runs)
+    ends = [[f"{side}_q{j + 1}_rad" for j in range(robot.joint_count)] for side in ("start", "end")]
+    idle = ["idle_power_start_w", "idle_power_end_w"]
+    table = read_table(
+        motions,
+        "simulate_motions",
+        numbers=["motion_id", *ends[0], *ends[1], *idle],
+        texts=["tree_id", "split"],
+        filters=[("split", "==", split)],
+    ).sort_by("motion_id")
     names = sorted(set(table["tree_id"].to_pylist()))
     if not names:
         raise InputError(f"there is no motion of the split '{split}'", file=motions, key="split")
@@ -54,35 +63,45 @@ def read_measurements(
         names = [names[place] for place in (np.arange(most_trees) * len(names) // most_trees).tolist()]
         table = table.filter(pa.array([tree in set(names) for tree in table["tree_id"].to_pylist()]))
     ids = table["motion_id"].to_numpy().astype(np.int64)
-    start, end = (
-        np.stack([table[f"{side}_q{j + 1}_rad"].to_numpy() for j in range(robot.joint_count)], axis=1)
-        for side in ("start", "end")
-    )
-    measured = _read(Path(runs), [("motion_id", "in", ids.tolist())])
-    measured = measured.sort_by([("motion_id", "ascending"), ("speed_limit_percent", "ascending")])
-    limits = np.unique(measured["speed_limit_percent"].to_numpy())
-    if not np.array_equal(measured["motion_id"].to_numpy(), np.repeat(ids, len(limits))):
-        raise InputError("there is not one run for each motion and speed limit", file=runs)
+    start, end = (columns(table, of_end, motions) for of_end in ends)
+    limits, _, energies = read_runs(runs, ids)
     trees = table["tree_id"].to_pylist()
     number = {name: place for place, name in enumerate(names)}
-    idle = np.stack([table[f"idle_power_{side}_w"].to_numpy() for side in ("start", "end")], axis=1)
     return MeasuredTable(
         ids,
         tuple(trees),
         Measurements(
             MotionPaths(robot, start, end),
-            np.broadcast_to(limits / 100.0, (len(ids), len(limits))).copy(),
-            measured["energy_j"].to_numpy().reshape(len(ids), -1).copy(),
-            idle,
+            np.broadcast_to(limits, energies.shape).copy(),
+            energies,
+            columns(table, idle, motions),
             np.array([number[tree] for tree in trees], dtype=np.intp),
         ),
     )
 
 
-def _read(path: Path, filters: list[tuple[str, str, object]]) -> pa.Table:
-    try:
-        return pq.read_table(path, filters=filters)
-    except FileNotFoundError:
-        raise InputError("the file is missing; run the stage simulate_motions first", file=path) from None
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path) from None
+def read_runs(path: Path, motion_id: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Measured runs of some motions.
+
+    Args:
+        path: Runs, one row a motion and speed limit.
+        motion_id: Which motions, shape (M,).
+
+    Returns:
+        Speed limits, rising fractions, shape (S,) [-]; durations [s] and energies [J], shape (M, S).
+
+    Raises:
+        InputError: The file is missing or cannot be read, or there is not one run for each motion and speed limit.
+    """
+    names = ["motion_id", "speed_limit_percent", "duration_s", "energy_j"]
+    wanted = [("motion_id", "in", motion_id.tolist())]
+    table = read_table(path, "simulate_motions", numbers=names, filters=wanted)
+    found, percent, duration, energy = columns(table, names, path).T
+    limits = np.unique(percent)
+    order = np.lexsort((percent, found))
+    rows = len(motion_id), len(limits)
+    pairs = np.repeat(np.sort(motion_id), rows[1]), np.tile(limits, rows[0])
+    if not len(table) or not np.array_equal([found[order], percent[order]], pairs):
+        raise InputError("there is not one run for each motion and speed limit", file=path, key="motion_id")
+    place = np.argsort(np.argsort(motion_id))
+    return limits / 100.0, duration[order].reshape(rows)[place], energy[order].reshape(rows)[place]

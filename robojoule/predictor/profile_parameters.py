@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
-
-from robojoule.errors import InputError
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 Array = NDArray[np.float64]
 
@@ -40,31 +32,6 @@ def input_names(joint_count: int = 6) -> tuple[str, ...]:
         3 + 6 n column names of the features table.
     """
     return _PLACE + tuple(f"j{joint}_{name}" for joint in range(1, joint_count + 1) for name in _JOINT)
-
-
-def columns(table: pa.Table, names: tuple[str, ...], source: str | Path = "features") -> Array:
-    """Columns of a table as one array.
-
-    Args:
-        table: Table of features, N rows.
-        names: Columns wanted, K names.
-        source: File named in an error.
-
-    Returns:
-        Values, shape (N, K).
-
-    Raises:
-        InputError: A column is missing, or holds a value that is not a finite number.
-    """
-    for name in names:
-        if name not in table.column_names:
-            raise InputError(f"column '{name}' is missing", file=source)
-    values = np.empty((table.num_rows, len(names)))
-    for place, name in enumerate(names):
-        values[:, place] = table[name].to_numpy()
-        if not np.isfinite(values[:, place]).all():
-            raise InputError(f"column '{name}' holds values that are no finite numbers", file=source)
-    return values
 
 
 def bounded(predictions: Array, duration_fastest_s: Array, duration_slowest_s: Array) -> Array:

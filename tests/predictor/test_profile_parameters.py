@@ -1,11 +1,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pyarrow as pa
-import pytest
 
-from robojoule.errors import InputError
-from robojoule.predictor import TARGETS, bounded, columns, input_names, steepness
+from robojoule.predictor import TARGETS, bounded, input_names, steepness
 
 
 def test_inputs_are_the_thesis_s() -> None:
@@ -27,24 +24,6 @@ def test_inputs_are_the_thesis_s() -> None:
 
 def test_targets_are_the_three_parameters() -> None:
     assert TARGETS == ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
-
-
-def test_columns_keep_the_wanted_order() -> None:
-    table = pa.table({"b": [1, 2], "a": [3.0, 4.0]})
-    assert columns(table, ("a", "b")).tolist() == [[3.0, 1.0], [4.0, 2.0]]
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"b": [1.0]}, "column 'a' is missing"),
-        ({"a": [float("nan")]}, "column 'a' holds values"),
-        ({"a": [None]}, "'a'"),
-    ],
-)
-def test_bad_columns_are_named(values: dict[str, list[float]], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        columns(pa.table({k: pa.array(v, pa.float64()) for k, v in values.items()}), ("a",))
 
 
 def test_bounded_keeps_what_is_possible_and_moves_the_rest() -> None:

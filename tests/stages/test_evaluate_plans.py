@@ -213,11 +213,11 @@ def predictor_of(layout):
     return layout.models_dir / "profile_predictor"
 
 
-def read(params, layout):
+def read(params, layout, **others):
+    paths = {"trees": layout.trees, "trees_dir": layout.trees_dir} | others
     return read_experiment(
         robot_of(params.robot),
-        trees=layout.trees,
-        trees_dir=layout.trees_dir,
+        **paths,
         motions=layout.motions,
         runs=layout.runs,
         samples_dir=layout.samples_dir,
@@ -250,6 +250,39 @@ def test_a_missing_file_names_the_stage_that_writes_it(done, tmp_path, missing, 
     assert not here.reports_dir.exists()
 
 
+@pytest.mark.parametrize(
+    ("name", "column", "value"),
+    [
+        ("motions", "start_q2_rad", "x"),
+        ("runs", "energy_j", np.nan),
+        ("predictions", "energy_saving_j", None),
+        ("trees", "complexity", None),
+    ],
+)
+def test_a_garbled_column_is_named_and_nothing_written(done, tmp_path, name, column, value):
+    params, layout = done
+    here = Layout(tmp_path)
+    here.data_dir.mkdir()
+    for path in set(layout.data_dir.iterdir()) - {layout.plans}:
+        (here.data_dir / path.name).symlink_to(path)
+    here.models_dir.symlink_to(layout.models_dir)
+    table = pq.read_table(getattr(layout, name))
+    values = pa.array([value] * len(table))
+    getattr(here, name).unlink()
+    pq.write_table(table.set_column(table.column_names.index(column), column, values), getattr(here, name))
+    with pytest.raises(InputError, match=rf"{name}\.parquet, {column}: "):
+        evaluate_plans(params, here)
+    assert not here.reports_dir.exists() and not here.plans.exists()
+
+
+def test_a_tree_without_its_complexity_is_named(done, tmp_path):
+    params, layout = done
+    trees = pq.read_table(layout.trees, filters=[("tree_id", "!=", "experiment-02")])
+    pq.write_table(trees, tmp_path / "trees.parquet")
+    with pytest.raises(InputError, match=r"trees\.parquet, tree_id: the tree experiment-02 is missing"):
+        read(params, layout, trees=tmp_path / "trees.parquet")
+
+
 def test_a_missing_or_foreign_predictor_is_refused(done, tmp_path):
     params, layout = done
     here = Layout(tmp_path)
@@ -270,13 +303,4 @@ def test_motions_of_other_trees_are_refused(done, tmp_path):
     other = Layout(tmp_path)
     generate_trees(Params.model_validate(PARAMS | {"generate_trees": PARAMS["generate_trees"] | {"seed": 1}}), other)
     with pytest.raises(InputError, match="the motions are not those of the operation-tree files"):
-        read_experiment(
-            robot_of(params.robot),
-            trees=layout.trees,
-            trees_dir=other.trees_dir,
-            motions=layout.motions,
-            runs=layout.runs,
-            samples_dir=layout.samples_dir,
-            predictions=layout.predictions,
-            profile_predictor=predictor_of(layout),
-        )
+        read(params, layout, trees_dir=other.trees_dir)

@@ -14,7 +14,7 @@ from robojoule.predictor.measurements import read_measurements
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
-from stages._profile_predictor import REGISTERED, record_profile_predictor, train_profile_predictor
+from stages._profile_predictor import REGISTERED, read_measured, record_profile_predictor, train_profile_predictor
 from stages._tracking import Recorder, store_uri
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
@@ -43,7 +43,7 @@ def layout(tmp_path_factory: pytest.TempPathFactory) -> Layout:
 
 @pytest.fixture(scope="module")
 def training(layout: Layout):
-    return train_profile_predictor(SMALL, layout)
+    return train_profile_predictor(layout, read_measured(SMALL, layout))
 
 
 def test_predicts_held_out_motions_from_the_files_it_wrote(layout, training):
@@ -60,7 +60,7 @@ def test_predicts_held_out_motions_from_the_files_it_wrote(layout, training):
 
 def test_the_bytes_of_the_model_are_stable(layout, training):
     before = {path.name: path.read_bytes() for path in layout.models_dir.glob("profile_predictor.*")}
-    train_profile_predictor(SMALL, layout)
+    train_profile_predictor(layout, read_measured(SMALL, layout))
     assert before == {path.name: path.read_bytes() for path in layout.models_dir.glob("profile_predictor.*")}
 
 

@@ -294,3 +294,21 @@ def test_bad_features_are_refused_before_anything_is_written(trained: Layout, tm
     with pytest.raises(InputError, match=r"features\.parquet"):
         train_predictors(params(), other)
     assert {path.name for path in tmp_path.rglob("*")} <= {"data", "features.parquet"}
+
+
+@pytest.mark.parametrize("name", ["motions", "runs"])
+def test_measurements_that_do_not_belong_to_the_features_are_refused(
+    trained: Layout, tmp_path: Path, name: str
+) -> None:
+    """Held-out motions without rows are noticed before anything is fitted or written."""
+    other = Layout(tmp_path)
+    other.data_dir.mkdir()
+    features, splits = split_of(trained)
+    lost = int(features["motion_id"].to_numpy()[splits == "test"][-1])
+    for path in (trained.features, trained.motions, trained.runs):
+        rows = pq.read_table(path)
+        kept = rows.filter(pa.compute.field("motion_id") != lost) if path.stem == name else rows
+        pq.write_table(kept, other.data_dir / path.name)
+    with pytest.raises(InputError, match=rf"{name}\.parquet, motion_id: "):
+        train_predictors(params(), other)
+    assert [path.name for path in tmp_path.iterdir()] == ["data"] and not other.predictions.exists()
