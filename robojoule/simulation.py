@@ -121,6 +121,14 @@ class MotionPaths:
         self.timing = PathTiming(controller or robot, planned, self.delta_rad)
         self.moving = self.timing.moving
 
+    def subset(self, rows: Index | slice) -> MotionPaths:
+        """Some of the motions, in the order given, with the search for their fastest runs already done."""
+        start = self.start_rad[rows]
+        controller = None if self.timing.robot is self.robot else self.timing.robot
+        part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller)
+        part.timing.fastest_velocity = self.timing.fastest_velocity[rows]
+        return part
+
     @property
     def idle_power_start_w(self) -> Array:
         """Idle power at the start of each motion, shape (M,). [W]"""

@@ -99,6 +99,15 @@ def test_runs_do_not_depend_on_the_motions_beside_them(robot):
             assert np.array_equal(getattr(alone, field.name), getattr(whole, field.name)[part])
 
 
+def test_a_subset_has_the_runs_of_the_whole(robot, paths, runs):
+    heavy = MotionPaths(kr16(14.0), paths.start_rad, paths.start_rad + paths.delta_rad, controller=robot)
+    for whole, expected in ((paths, runs), (heavy, heavy.simulate(SPEED_LIMITS))):
+        for rows in (np.array([7, 2]), slice(3, 20)):
+            part = whole.subset(rows).simulate(SPEED_LIMITS)
+            for field in dataclasses.fields(part):
+                assert np.array_equal(getattr(part, field.name), getattr(expected, field.name)[rows])
+
+
 def test_at_rest_power_is_idle_power(robot):
     q = np.radians([[0, -90, 90, 0, 0, 0], [30, -40, 20, 10, 50, 0]])
     still = MotionPaths(robot, q, q)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robojoule.errors import InputError
 from robojoule.operations import OperationTree, check_tree
@@ -84,11 +84,6 @@ class TreeBatch:
         shares = np.linspace(0.0, 1.0, count)
         top = self.saturating_speed_limits[:, np.newaxis]
         return np.minimum(self.slowest_speed_limit + shares * (top - self.slowest_speed_limit), 1.0)
-
-    def sub_paths(self, motions: NDArray[np.intp]) -> MotionPaths:
-        """Some of the motions as they are executed, in the order given."""
-        starts = self.paths.start_rad[motions]
-        return MotionPaths(self.robot, starts, starts + self.paths.delta_rad[motions])
 
     @cached_property
     def least_cycles_s(self) -> Array:

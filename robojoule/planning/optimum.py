@@ -68,7 +68,7 @@ class DenseProfiles:
             faster = profile.speed_limits[np.maximum(at - 1, 0)]
             limits[row] = slower[:, np.newaxis] + shares * (faster - slower)[:, np.newaxis]
         flat = limits.reshape(len(motions), -1)
-        runs = self.batch.sub_paths(motions).simulate(flat)
+        runs = self.batch.paths.subset(motions).simulate(flat)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, flat, strict=True):
             known = self.profiles[motion]
             self.profiles[motion] = measured_profile(

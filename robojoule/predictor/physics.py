@@ -148,7 +148,7 @@ class ProfilePredictor:
         with one_thread():
             for first in range(0, paths.motions, _BLOCK):
                 rows = slice(first, first + _BLOCK)
-                part = paths if paths.motions <= _BLOCK else sub_paths(paths, rows)
+                part = paths if paths.motions <= _BLOCK else paths.subset(rows)
                 blocks.append(self._predict(unknowns, part, limits[rows]))
         names = PredictedProfiles.__dataclass_fields__
         return PredictedProfiles(**{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names})
@@ -304,11 +304,3 @@ def _lower_hull(duration_s: Array, energy_j: Array, speed_limit: Array) -> Array
     """Largest convex function of the duration below the energies of distinct runs, at the same durations."""
     hull = measured_profile(duration_s, energy_j, speed_limit).piecewise().lower_hull
     return np.interp(duration_s, hull.durations_s, hull.energies_j)
-
-
-def sub_paths(paths: MotionPaths, rows: slice) -> MotionPaths:
-    """Some of the motions, with the searches for their fastest runs already done."""
-    start = paths.start_rad[rows]
-    part = MotionPaths(paths.robot, start, start + paths.delta_rad[rows])
-    part.timing.fastest_velocity = paths.timing.fastest_velocity[rows]
-    return part

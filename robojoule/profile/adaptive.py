@@ -174,7 +174,7 @@ class AdaptiveProfiles:
             return []
         width = max(limits[motion].size for motion in motions)
         table = np.array([np.resize(limits[motion], width) for motion in motions])
-        runs = self._paths_of(motions).simulate(table)
+        runs = self.paths.subset(np.array(motions)).simulate(table)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, table, strict=True):
             known = self.profiles[motion]
             self.profiles[motion] = measured_profile(
@@ -201,11 +201,3 @@ class AdaptiveProfiles:
         limit = p[segments + 1] + (p[segments] - p[segments + 1]) * (inverse - low) / (high - low)
         middle = (p[segments] + p[segments + 1]) / 2.0
         return np.asarray(np.where(segments == 0, middle, limit))
-
-    def _paths_of(self, motions: list[int]) -> MotionPaths:
-        paths = self.paths
-        if len(motions) == paths.motions:
-            return paths
-        starts, planned = paths.start_rad[motions], paths.timing.robot
-        controller = None if planned is paths.robot else planned
-        return MotionPaths(paths.robot, starts, starts + paths.delta_rad[motions], controller)

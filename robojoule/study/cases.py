@@ -15,7 +15,6 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.predictor.physics import Measurements
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Robot
-from robojoule.simulation import MotionPaths
 from robojoule.study.config import StudyMotionsParams
 from robojoule.study.plant import Plant, PlantPaths
 
@@ -43,12 +42,6 @@ class PlantBatch(TreeBatch):
     def oracle_paths(self) -> PlantPaths:
         """The plant at mean temperature: what one could know at best without a look at the hidden state."""
         return PlantPaths(self.plant, self.nominal_paths)
-
-    def sub_paths(self, motions: NDArray[np.intp]) -> PlantPaths:
-        """Some of the motions as the plant executes them, each at the temperature of its tree."""
-        starts = self.nominal_paths.start_rad[motions]
-        nominal = MotionPaths(self.robot, starts, starts + self.nominal_paths.delta_rad[motions])
-        return PlantPaths(self.plant, nominal, self.tree_of_motion[motions], self.viscosity)
 
 
 def generate_trees(

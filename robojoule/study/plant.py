@@ -145,14 +145,20 @@ class PlantPaths(MotionPaths):
         robot = plant.robot(nominal.robot)
         super().__init__(robot, nominal.start_rad, nominal.start_rad + nominal.delta_rad, controller=nominal.robot)
         self.timing = nominal.timing  # the same, but its searches are done
+        self.plant, self.nominal = plant, nominal
         self.tree = np.zeros(self.motions, dtype=np.intp) if tree is None else tree
         factors = np.ones(int(self.tree.max(initial=0)) + 1) if viscosity is None else np.asarray(viscosity)
+        self.viscosity = factors
         self._at_temperature: list[MotionPaths] = []
         for factor in factors.tolist():
             drives = replace(plant.drives, viscous_nm_s_per_rad=plant.drives.viscous_nm_s_per_rad * factor)
             warm = copy.copy(self)
             warm.robot = robot_variant(robot, drives)
             self._at_temperature.append(warm)
+
+    def subset(self, rows: NDArray[np.intp] | slice) -> PlantPaths:
+        """Some of the motions, each at the temperature of its tree; see `MotionPaths.subset`."""
+        return PlantPaths(self.plant, self.nominal.subset(rows), self.tree[rows], self.viscosity)
 
     def powers(self, rows: NDArray[np.intp], s: Array, s1: Array, s2: Array) -> PathPowers:
         """Torques and powers; see `MotionPaths.powers`."""

@@ -45,6 +45,9 @@ def test_each_tree_has_its_own_temperature():
     for place, factor in enumerate((0.7, 1.4)):
         alone = PlantPaths(plant, nominal, np.zeros_like(tree), [factor]).simulate(cases.LIMITS).energy_j
         np.testing.assert_allclose(both[tree == place], alone[tree == place], rtol=1e-12)
+    rows = np.array([nominal.motions - 1, 0])
+    some = PlantPaths(plant, nominal, tree, [0.7, 1.4]).subset(rows).simulate(cases.LIMITS).energy_j
+    np.testing.assert_allclose(some, both[rows], rtol=1e-12)
 
 
 def test_viscous_friction_thins_with_speed_and_is_whole_at_the_limit():
