@@ -22,7 +22,7 @@ from numpy.polynomial import legendre
 from robojoule.drive import Array
 from robojoule.trajectory import PHASES, PathLaw
 
-_NEWTON_STEPS = 4
+_NEWTON_STEPS = 6
 
 
 @lru_cache(maxsize=32)
@@ -124,11 +124,14 @@ def _integral_to_root(left: Array, right: Array, rise: Array, fall: Array) -> Ar
         fall: Slopes at 1.
     """
     second, third = 3.0 * (right - left) - 2.0 * rise - fall, 2.0 * (left - right) + rise + fall
-    u = left / (left - right)
+    u, low, high = left / (left - right), np.zeros_like(left), np.ones_like(left)
     for _ in range(_NEWTON_STEPS):
         value, slope = left + u * (rise + u * (second + u * third)), rise + u * (2.0 * second + 3.0 * u * third)
-        step = np.divide(value, slope, out=np.zeros_like(u), where=slope != 0.0)
-        u = np.clip(u - step, 0.0, 1.0)
+        before = (value < 0.0) == (left < 0.0)
+        low, high = np.where(before, u, low), np.where(before, high, u)
+        step = np.divide(value, slope, out=np.full_like(u, np.inf), where=slope != 0.0)
+        # Near an extremum a Newton step may lead out of the bracket, which is then halved.
+        u = np.where((u - step >= low) & (u - step <= high), u - step, (low + high) / 2.0)
     return np.asarray(u * (left + u * (rise / 2.0 + u * (second / 3.0 + u * third / 4.0))))
 
 

@@ -71,3 +71,20 @@ def test_positive_part_of_waves(law):
     assert quadrature.positive_part(-np.sin(turns), law) == pytest.approx(total / np.pi, rel=1e-4)
     assert quadrature.positive_part(2.0 + np.sin(turns), law) == pytest.approx(2.0 * total, rel=1e-9)
     assert np.all(quadrature.positive_part(-2.0 - np.sin(turns), law) == 0.0)
+
+
+def test_positive_part_where_a_narrow_dip_turns_between_two_nodes(law):
+    """Parabolas with one root just before a node and one well behind it: the secant there points at the extremum."""
+    quadrature = run_quadrature(13)
+    times, total = instants(law, quadrature), law.duration_s.sum(axis=-1)
+    widths = np.diff(times, axis=-1)
+    for node in range(1, quadrature.count - 1):
+        first = times[..., node] - 0.05 * widths[..., node - 1]
+        last = times[..., node] + 0.8 * widths[..., node]
+        values = (times - first[..., None]) * (times - last[..., None])
+        seen = widths[..., node - 1] > 1e-6  # else the root is on the node
+        dip = (last - first) ** 3 / 6.0
+        whole = total**3 / 3.0 - (first + last) * total**2 / 2.0 + first * last * total
+        for sign, expected in ((1.0, whole + dip), (-1.0, dip)):
+            error = np.abs(quadrature.positive_part(sign * values, law) - expected)[seen]
+            assert error.max(initial=0.0) <= 1e-3 * dip.max() + 1e-9
