@@ -26,6 +26,19 @@ if TYPE_CHECKING:
 Columns = dict[str, NDArray[Any]]
 Rows = list[dict[str, str]]
 
+PLAN_TEXTS = ("tree_id", "method", "point_spacing", "move")
+PLAN_NUMBERS = (
+    "relaxation_percent",
+    "krc_segments",
+    "vertex",
+    "d_min_s",
+    "duration_s",
+    "speed_limit_percent",
+    "prior_wait_s",
+    "post_wait_s",
+    "collision_wait_s",
+)
+
 
 @dataclass(frozen=True)
 class ResultFiles:
@@ -70,10 +83,13 @@ class Results:
             if not path.exists():
                 raise InputError("this result is missing; run the stages before draw_figures first", file=path)
             try:
-                connection.read_parquet(str(path)).create_view(name)
+                relation = connection.read_parquet(str(path))
+                relation.create_view(name)
             except duckdb.Error as error:
                 first = " ".join(str(error).split())
                 raise InputError(f"the file cannot be read ({first})", file=path) from None
+            if name == "plans":
+                _check_plans(dict(zip(relation.columns, map(str, relation.types), strict=True)), path)
         return connection
 
     def query(self, sql: str, *parameters: Any) -> Columns:
@@ -130,6 +146,16 @@ class Results:
     def study(self, name: str) -> Rows | None:
         """Rows of a result table of the studies as text; None if there is none."""
         return _csv(self.files.studies_dir / f"{name}.csv")
+
+
+def _check_plans(types: dict[str, str], path: Path) -> None:
+    """Figures take whole rows of the plans, so that no query tells what is wrong with a column."""
+    for column in (*PLAN_TEXTS, *PLAN_NUMBERS):
+        if column not in types:
+            raise InputError("this column is missing", file=path, key=column)
+        if (types[column] == "VARCHAR") != (column in PLAN_TEXTS):
+            kind = "text" if column in PLAN_TEXTS else "numbers"
+            raise InputError(f"the column holds {types[column]}, not {kind}", file=path, key=column)
 
 
 def _csv(path: Path) -> Rows | None:

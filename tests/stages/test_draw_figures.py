@@ -2,6 +2,8 @@ import csv
 import json
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from robojoule.config import Params, load_params
@@ -67,6 +69,20 @@ def test_a_missing_result_leaves_no_half_written_report(tmp_path: Path, params: 
     toy.make(layout.root, kr16(), points=1)
     layout.plans.unlink()
     with pytest.raises(InputError, match=r"plans\.parquet"):
+        draw_figures(params, layout)
+    assert not layout.report.exists() and not layout.figures_dir.exists() and not layout.metrics.exists()
+
+
+@pytest.mark.parametrize("column", ["krc_segments", "move", "prior_wait_s"])
+@pytest.mark.parametrize("missing", [True, False])
+def test_a_garbled_plan_is_named(tmp_path: Path, params: Params, column: str, missing: bool):
+    layout = Layout(tmp_path)
+    toy.make(layout.root, kr16(), points=1)
+    plans = pq.read_table(layout.plans)
+    others = plans.drop_columns([column])
+    wrong = pa.array([1 if column == "move" else "x"] * len(plans))
+    pq.write_table(others if missing else others.append_column(column, wrong), layout.plans)
+    with pytest.raises(InputError, match=rf"plans\.parquet, {column}: "):
         draw_figures(params, layout)
     assert not layout.report.exists() and not layout.figures_dir.exists() and not layout.metrics.exists()
 
