@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 Columns = dict[str, NDArray[Any]]
 Rows = list[dict[str, str]]
 
-PLAN_TEXTS = ("tree_id", "method", "point_spacing", "move")
-PLAN_NUMBERS = (
-    "relaxation_percent",
+TEXTS = ("tree_id", "split", "complexity", "robot", "model", "method", "point_spacing", "move")
+"""Columns of text; all others hold numbers or truth values."""
+PLAN_COLUMNS = (
     "krc_segments",
-    "vertex",
+    "move",
     "d_min_s",
     "duration_s",
     "speed_limit_percent",
@@ -38,6 +38,7 @@ PLAN_NUMBERS = (
     "post_wait_s",
     "collision_wait_s",
 )
+"""Figures take whole rows of the plans, so that no query tells which column is missing."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,8 @@ class Results:
             except duckdb.Error as error:
                 first = " ".join(str(error).split())
                 raise InputError(f"the file cannot be read ({first})", file=path) from None
-            if name == "plans":
-                _check_plans(dict(zip(relation.columns, map(str, relation.types), strict=True)), path)
+            types = dict(zip(relation.columns, map(str, relation.types), strict=True))
+            _check_types(types, PLAN_COLUMNS if name == "plans" else (), path)
         return connection
 
     def query(self, sql: str, *parameters: Any) -> Columns:
@@ -148,14 +149,14 @@ class Results:
         return _csv(self.files.studies_dir / f"{name}.csv")
 
 
-def _check_plans(types: dict[str, str], path: Path) -> None:
-    """Figures take whole rows of the plans, so that no query tells what is wrong with a column."""
-    for column in (*PLAN_TEXTS, *PLAN_NUMBERS):
+def _check_types(types: dict[str, str], needed: Sequence[str], path: Path) -> None:
+    for column in needed:
         if column not in types:
             raise InputError("this column is missing", file=path, key=column)
-        if (types[column] == "VARCHAR") != (column in PLAN_TEXTS):
-            kind = "text" if column in PLAN_TEXTS else "numbers"
-            raise InputError(f"the column holds {types[column]}, not {kind}", file=path, key=column)
+    for column, found in types.items():
+        if (found == "VARCHAR") != (column in TEXTS):
+            kind = "text" if column in TEXTS else "numbers"
+            raise InputError(f"the column holds {found}, not {kind}", file=path, key=column)
 
 
 def _csv(path: Path) -> Rows | None:
