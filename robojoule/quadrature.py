@@ -7,7 +7,8 @@ brings one kink: only its positive part is drawn from the mains. With F the inte
     int max(P, 0) = [P > 0 at the end] F(end) - sum of F where P turns positive + sum of F where it turns negative .
 
 At the nodes F follows from the polynomial of the phase, and up to a change of sign between two nodes from the cubic
-that has the values and slopes of that polynomial there.
+that has the values and slopes of that polynomial there. Integrals of other values over the times at which P > 0 follow
+likewise, exactly up to cubics.
 
 Sums run over the nodes of one run at a time, so that its figures do not depend on the runs beside it.
 """
@@ -18,11 +19,13 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from robojoule.drive import Array
 from robojoule.trajectory import PHASES, PathLaw
 
 _NEWTON_STEPS = 6
+_Index = NDArray[np.intp]
 
 
 @lru_cache(maxsize=32)
@@ -102,20 +105,53 @@ class RunQuadrature:
         lengths = law.duration_s.reshape(-1, PHASES)
         phases = (values @ self._weights).reshape(-1, PHASES) * lengths
         since_start = np.cumsum(phases, axis=1)
-        negative = flat < 0.0
-        result = np.where(negative[:, -1], 0.0, since_start[:, -1])
-        runs, intervals = np.divmod(np.flatnonzero(negative[:, 1:] != negative[:, :-1]), self.count - 1)
+        runs, intervals, before, cubic, root = self._sign_changes(flat)
         phase, width = self._phase[intervals], self._width[intervals]
-        before, rise, fall = np.einsum("rtq,rq->tr", self._inside[intervals], flat[runs])
-        left, right = flat[runs, intervals], flat[runs, intervals + 1]
-        inside = before + width * _integral_to_root(left, right, rise * width, fall * width)
+        inside = before + width * _cubic_integral(root, *cubic)
         until = since_start[runs, phase] - phases[runs, phase] + lengths[runs, phase] * inside
-        result += np.bincount(runs, np.where(left < 0.0, -until, until), minlength=len(flat))
+        result = np.where(flat[:, -1] < 0.0, 0.0, since_start[:, -1])
+        result += np.bincount(runs, np.where(cubic[0] < 0.0, -until, until), minlength=len(flat))
         return np.asarray(result.reshape(values.shape[:-1]))
 
+    def positive_weights(self, values: Array, law: PathLaw) -> Array:
+        """Weights of the nodes in integrals over the times at which values are positive, shapes (..., Q) -> (..., Q).
 
-def _integral_to_root(left: Array, right: Array, rise: Array, fall: Array) -> Array:
-    """Integral of cubics on the unit interval from 0 to their root.
+        They are the derivatives of `positive_part` after the values, which vanish on the edges of those times. [s]
+        """
+        flat = values.reshape(-1, self.count)
+        lengths = law.duration_s.reshape(-1, PHASES)
+        runs, intervals, _, cubic, root = self._sign_changes(flat)
+        phase, width, changes = self._phase[intervals], self._width[intervals], np.arange(len(runs))
+        left, right, rise, fall = width * _cubic_integral(root, *np.eye(4)[..., None])
+        shares = np.stack([np.ones_like(width), width * rise, width * fall], axis=1)
+        until = np.einsum("rt,rtq->rq", shares, self._inside[intervals])  # in units of the phase
+        until[changes, intervals] += left
+        until[changes, intervals + 1] += right
+        until *= lengths[runs, phase, None]
+        earlier = np.where(np.arange(PHASES) < phase[:, None], lengths[runs], 0.0)
+        until += np.einsum("rp,qp->rq", earlier, self._weights)
+        result = np.where(flat[:, -1:] < 0.0, 0.0, self.weights(law).reshape(flat.shape))
+        np.add.at(result, runs, np.where(cubic[0] < 0.0, -1.0, 1.0)[:, None] * until)
+        return np.asarray(result.reshape(values.shape))
+
+    def _sign_changes(self, flat: Array) -> tuple[_Index, _Index, Array, tuple[Array, Array, Array, Array], Array]:
+        """Where values (R, Q) change their sign between two nodes.
+
+        Returns:
+            Runs and intervals of the changes; there, in units of the phase, the integral from its start to the
+            interval; the cubic within the interval by values and slopes at both ends, and its root, for the unit
+            interval.
+        """
+        negative = flat < 0.0
+        runs, intervals = np.divmod(np.flatnonzero(negative[:, 1:] != negative[:, :-1]), self.count - 1)
+        width = self._width[intervals]
+        before, rise, fall = np.einsum("rtq,rq->tr", self._inside[intervals], flat[runs])
+        cubic = flat[runs, intervals], flat[runs, intervals + 1], rise * width, fall * width
+        return runs, intervals, before, cubic, _cubic_root(*cubic)
+
+
+def _cubic_root(left: Array, right: Array, rise: Array, fall: Array) -> Array:
+    """Roots of cubics on the unit interval.
 
     Args:
         left: Values at 0.
@@ -132,6 +168,12 @@ def _integral_to_root(left: Array, right: Array, rise: Array, fall: Array) -> Ar
         step = np.divide(value, slope, out=np.full_like(u, np.inf), where=slope != 0.0)
         # Near an extremum a Newton step may lead out of the bracket, which is then halved.
         u = np.where((u - step >= low) & (u - step <= high), u - step, (low + high) / 2.0)
+    return u
+
+
+def _cubic_integral(u: Array, left: Array, right: Array, rise: Array, fall: Array) -> Array:
+    """Integral from 0 to u of cubics, given as for `_cubic_root`."""
+    second, third = 3.0 * (right - left) - 2.0 * rise - fall, 2.0 * (left - right) + rise + fall
     return np.asarray(u * (left + u * (rise / 2.0 + u * (second / 3.0 + u * third / 4.0))))
 
 

@@ -88,3 +88,28 @@ def test_positive_part_where_a_narrow_dip_turns_between_two_nodes(law):
         for sign, expected in ((1.0, whole + dip), (-1.0, dip)):
             error = np.abs(quadrature.positive_part(sign * values, law) - expected)[seen]
             assert error.max(initial=0.0) <= 1e-3 * dip.max() + 1e-9
+
+
+@pytest.mark.parametrize("power", range(4))
+def test_polynomials_over_the_times_of_positive_lines(law, power):
+    """Lines that change sign anywhere, and integrals of powers of time while they are positive."""
+    quadrature = run_quadrature(13)
+    times, total = instants(law, quadrature), law.duration_s.sum(axis=-1)
+    for share in np.append(np.linspace(0.0, 1.0, 41), 0.003):
+        root = share * total
+        before, whole = (x ** (power + 1) / (power + 1) for x in (root, total))
+        for values, expected in ((times - root[..., None], whole - before), (root[..., None] - times, before)):
+            found = (quadrature.positive_weights(values, law) * times**power).sum(axis=-1)
+            assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_positive_weights_are_the_derivatives_of_the_positive_part(law):
+    """Rough values with many changes of sign, against central differences; and Euler's theorem."""
+    quadrature = run_quadrature(13)
+    values = np.random.default_rng(0).standard_normal((2, 3, quadrature.count))
+    weights = quadrature.positive_weights(values, law)
+    assert (weights * values).sum(axis=-1) == pytest.approx(quadrature.positive_part(values, law), rel=1e-9)
+    for node in range(quadrature.count):
+        step = 1e-6 * (np.arange(quadrature.count) == node)
+        above, below = (quadrature.positive_part(values + change, law) for change in (step, -step))
+        assert weights[..., node] == pytest.approx((above - below) / 2e-6, abs=1e-6)

@@ -8,8 +8,9 @@ are known before anything of the real drives is. What is drawn from the DC bus i
     l = (m + J dq) s'' + c s'^2 + g ,                                          m, c, g linear in the inertial figures,
 
 with D = {P > 0}. P vanishes on the edge of D, so the derivative after any parameter is the integral of dP over a fixed
-D: friction work, squared torque and link work, weighted with dP/dtau_j = v_j + 2 k_j tau_j. The inertial derivatives
-are integrated against the Chebyshev basis first and contracted with the link regressors of the path last, so their cost
+D: friction work, squared torque and link work, weighted with dP/dtau_j = v_j + 2 k_j tau_j. The nodes are weighted as
+in the quadrature of the energies, so these are the derivatives of the very energies returned. The inertial ones are
+integrated against the Chebyshev basis first and contracted with the link regressors of the path last, so their cost
 does not grow with the number of time nodes.
 """
 
@@ -189,11 +190,13 @@ class PathIntegrals:
         torque = load + direction * (drives.coulomb_nm + load_friction * np.abs(load)) + viscous * speed
         bus = ((torque * speed).sum(axis=2) + torque**2 @ copper).reshape(motions, speeds, -1)
         time = quadrature.weights(law)
-        bus_total, drawn = (bus * time).sum(axis=-1), quadrature.positive_part(bus, law)
+        bus_total = (bus * time).sum(axis=-1)
         if not parts:
-            return bus_total, drawn, np.zeros(0)
-        gain = np.where(bus > 0.0, 1.0 / drives.inverter_efficiency, drives.regeneration_efficiency)
-        weight = (gain * time).reshape(motions, -1, 1)
+            return bus_total, quadrature.positive_part(bus, law), np.zeros(0)
+        drawing = quadrature.positive_weights(bus, law)
+        drawn = (bus * drawing).sum(axis=-1)
+        regained = drives.regeneration_efficiency
+        weight = (regained * time + (1.0 / drives.inverter_efficiency - regained) * drawing).reshape(motions, -1, 1)
         after_torque = weight * (speed + 2.0 * copper * torque)
         after_load = after_torque * (1.0 + load_friction * direction * np.sign(load))
         terms = {

@@ -25,14 +25,15 @@ def noisy():
 
 def test_recovers_the_hidden_parameters_from_clean_data():
     plant = cases.plant(**CLEAN)
-    predictor = fit_profile_predictor(cases.nominal(), [cases.measured(plant, 12, 7)])
+    predictor = fit_profile_predictor(cases.nominal(), [cases.measured(plant, 30, 7)])
     unknowns = Unknowns(cases.nominal().drives, predictor.directions)
     found, truth = unknowns.drives(predictor.calibration.x), plant.drives
     assert found.base_power_w == pytest.approx(truth.base_power_w, rel=1e-3)
     assert found.drive_active_power_w == pytest.approx(truth.drive_active_power_w, rel=1e-2)
-    for name in ("coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2", "load_friction"):
-        # The last joint carries next to nothing, so its copper and load friction hardly show.
-        np.testing.assert_allclose(getattr(found, name)[:5], getattr(truth, name)[:5], rtol=0.05)
+    # Wrists carry little: load friction shows there in many trees only; in the last joint neither it nor copper does.
+    tolerances = {"coulomb_nm": 0.01, "viscous_nm_s_per_rad": 0.01, "copper_w_per_nm2": 0.01, "load_friction": 0.05}
+    for name, tolerance in tolerances.items():
+        np.testing.assert_allclose(getattr(found, name)[:5], getattr(truth, name)[:5], rtol=tolerance)
     test = cases.batch(plant, 6, 8)
     expected = test.paths.simulate(cases.LIMITS).energy_j
     predicted = predictor.predict(test.nominal_paths, cases.LIMITS)
