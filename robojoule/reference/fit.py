@@ -171,19 +171,18 @@ def misses(robot: Robot, motions: tuple[Array, Array, Index], setup: FitSetup) -
     figures = energy_model_figures(duration, energy, tree)
     figures |= {"rising_slope_over_idle": figures["rising_chord_w"] / idle, "idle_power_home_w": idle}
     powers = tree_powers_w(duration, energy, tree)
-    found = 100.0 * np.array([inside(duration, energy)[tree == t].mean() for t in np.unique(tree)])
+    trees = [tree == number for number in np.unique(tree)]
+    found, deviations = inside(duration, energy), np.abs(example_deviations(duration, energy)).max(axis=1)
     by_tree: dict[str, tuple[Array, Callable[..., Array]]] = {  # figure of a set of trees from those of its trees
         "mean_power_full_speed_w": (powers, np.mean),
-        "optimum_inside_percent": (found, np.mean),
+        "optimum_inside_percent": (np.array([100.0 * found[of].mean() for of in trees]), np.mean),
+        "example_motion_deviation": (np.array([deviations[of].min() for of in trees]), np.min),
     }
-    deviations = example_deviations(duration, energy)
     outside = []
     for name, target in setup.targets.items():
         low, high = BOUNDS[name][0] * (1.0 + target.margin), BOUNDS[name][1] * (1.0 - target.margin)
         values = np.array([figures[name]])
-        if name == "example_motion_deviation":  # its six figures guide the search better than the largest of them
-            values, low = deviations[np.abs(deviations).max(axis=1).argmin()], -high
-        elif target.set_of is not None:
+        if target.set_of is not None:
             of_tree, combine = by_tree[name]
             sets = np.random.default_rng(setup.optimiser.seed).integers(
                 len(of_tree), size=(setup.optimiser.draws, target.set_of)
