@@ -10,9 +10,10 @@ and the gear ratio i (`JointNumbers`):
     copper loss per motor torque      k T / i   [W/Nm]       equal current density: loss and torque grow with volume
 
 Industrial arms: each number is interpolated in log T between the fitted reference robot and the identified KR300 and
-held constant beyond them, joint by joint (the KR300 has no copper figure: the reference robot's is held). Collaborative
-arms have harmonic drives: the UR10e's identified friction shares, an assumed gear ratio, the rest from the reference
-robot.
+held constant beyond them, joint by joint. Copper loss is the same share of the drive power at the effort limit for all:
+the one that the reference robot's fit starts from, not the fitted one, which exceeds that of servo drives elsewhere.
+Collaborative arms have harmonic drives: the UR10e's identified friction shares, an assumed gear ratio, the rest from
+the reference robot.
 
 Of the whole arm, with the installed power P = sum T v and the reach L:
 
@@ -31,7 +32,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -114,12 +115,13 @@ class Scaling:
 
     @cached_property
     def reference_numbers(self) -> JointNumbers:
-        """Numbers of the fitted reference robot."""
+        """Numbers of the fitted reference robot, with the copper loss that is handed on."""
         joints = self.reference.drives.joints
         names = [joint.name for joint in self.reference.moving_joints]
         keys = type(joints[names[0]]).model_fields
         drives = {key: np.array([getattr(joints[name], key) for name in names]) for key in keys}
-        return JointNumbers.of(*limits(self.reference), drives)
+        numbers = JointNumbers.of(*limits(self.reference), drives)
+        return replace(numbers, copper_w_per_nm=self.anchors.copper_share * numbers.motor_speed_rad_s)
 
     @cached_property
     def kr300_limits(self) -> tuple[Array, Array]:
@@ -132,7 +134,7 @@ class Scaling:
 
     @cached_property
     def kr300_numbers(self) -> JointNumbers:
-        """Numbers of the KR300; the reference robot's copper loss, as it has none."""
+        """Numbers of the KR300; its copper loss is that of the reference robot's numbers, as none is published."""
         effort, velocity = self.kr300_limits
         friction = self.kr300.friction
         identified = np.radians(self.kr300.identified_up_to_deg_per_s)
@@ -263,7 +265,7 @@ _INDUSTRIAL_NOTE = (
     "scaled between the fitted KR16 R2010 and the identified KR300 R2500 by similarity (robojoule.robots.scaling)"
 )
 _COBOT_NOTE = (
-    "scaled: friction shares of the identified UR10e, copper and rotors of the fitted KR16 R2010, gear ratio assumed "
+    "scaled: friction shares of the identified UR10e, rotors of the fitted KR16 R2010, copper and gears assumed "
     "(robojoule.robots.scaling)"
 )
 _FRICTION_NOTE = "friction published (github.com/shamilmamedov/dynamic_calibration); the rest "

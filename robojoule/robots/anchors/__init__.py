@@ -101,6 +101,7 @@ class AnchorFile(Document):
     fitted_idle_w: float
     large_idle_w: float
     large: str
+    copper_share: Annotated[float, Field(gt=0)]
     kr300_between: tuple[str, str]
     counterbalanced: list[str]
     cobots: CobotAnchors
