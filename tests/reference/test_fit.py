@@ -80,3 +80,15 @@ def test_the_search_starts_off_the_solution_and_improves_the_same_way_twice(few)
     assert at_prior >= best_first
     assert result < 0.7 * best_first
     assert fit(few) == (values, [at_prior, best_first, result])
+
+
+def test_the_table_of_the_docs_is_that_of_the_fit(fitted):
+    setup, _, _, document = fitted
+    page = (FOLDER.parents[1] / "docs" / "energy-model.md").read_text(encoding="utf-8")
+    rows = page.split("| parameter | unit | range | prior | fitted |")[1].split("\n\n")[0].splitlines()[2:]
+    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+    assert [row[2:] for row in cells] == [
+        [f"{low:g}-{high:g}", f"{parameter.prior:g}", f"{document['parameters'][name]:.3g}"]
+        for name, parameter in setup.parameters.items()
+        for low, high in [parameter.range]
+    ]
