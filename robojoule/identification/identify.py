@@ -132,6 +132,10 @@ class Identification:
         data["name"] = name if name is not None else f"{self.robot.name}_identified"
         drives = data["drives"]
         drives["provenance"] = self.provenance()
+        data["provenance"]["drives"] = {
+            "kind": "identified",
+            "note": f"from the log {Path(self.source).name}; see drives.provenance",
+        }
         for parameter in self.parameters:
             target = drives
             *path, key = _key(parameter.name, self.robot)

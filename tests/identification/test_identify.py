@@ -173,6 +173,9 @@ def test_the_robot_file_says_where_it_comes_from(reference, robot, tmp_path):
     assert provenance.startswith("identified from the log measured.csv")
     for parameter in result.unidentified:
         assert parameter.name in provenance
+    groups, before = identified.file.provenance, robot.file.provenance
+    assert groups["drives"].kind == "identified" and "measured.csv" in groups["drives"].note
+    assert {**groups, "drives": before["drives"]} == before  # the log tells of nothing else
     np.testing.assert_array_equal(identified.drives.gear_ratio, robot.drives.gear_ratio)
     np.testing.assert_array_equal(identified.drives.rotor_inertia_kg_m2, robot.drives.rotor_inertia_kg_m2)
     assert identified.drives.base_power_w == pytest.approx(values(result)["base_power_w"].value, rel=1e-5)
