@@ -58,6 +58,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "optimal_speed_limit_percent": round(100.0 * float(limit[best]), 6),
         "optimal_duration_s": float(duration[best]),
         "energy_saving_j": float(energy[-1] - energy[best]),
+        "peak_torque_ratio": float(runs.peak_torque_ratio.max()),
         "idle_power_start_w": float(paths.idle_power_start_w[0]),
         "idle_power_end_w": float(paths.idle_power_end_w[0]),
     }
@@ -86,3 +87,8 @@ def show(result: dict[str, Any]) -> None:
     print(
         f"idle power: {result['idle_power_start_w']:.1f} W at the start, {result['idle_power_end_w']:.1f} W at the end"
     )
+    if result["peak_torque_ratio"] > 1.0:
+        print(
+            f"warning: a joint torque reaches {100.0 * result['peak_torque_ratio']:.1f} % of its effort limit: "
+            "lighten the payload or fold the arm"
+        )

@@ -5,9 +5,12 @@ import subprocess
 import sys
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from robojoule.cli import COMMANDS, main
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload
 
 MOVE = ["--robot", "kuka_kr16_r2010_2", "--from", "0,-90,90,0,0,0", "--to", "60,-60,90,0,30,0"]
 
@@ -42,6 +45,29 @@ def test_profile_draws_where_the_energy_goes(tmp_path, capsys):
 def test_profile_prints_a_table(capsys):
     assert main(["profile", *MOVE]) == 0
     assert "optimum" in capsys.readouterr().out
+
+
+def test_profile_warns_of_torques_beyond_the_effort_limits(capsys):
+    """Stretched out with its rated payload, the KR500 cannot even stand; joint 1 turns it, the others rest."""
+    stretched = ["--from", "0,0,0,0,0,0", "--to", "60,0,0,0,0,0", "--points", "2"]
+    robot = load_robot("kuka_kr500_r2800_2", Payload(500.0))
+    gravity = np.abs(pin.computeGeneralizedGravity(robot.model, robot.model.createData(), np.zeros(6)))
+    standing = (gravity / robot.effort_nm).max()
+    assert standing > 1.0
+    beyond = ["profile", "--robot", robot.name, *stretched, "--payload", "500"]
+    assert main([*beyond, "--json"]) == 0
+    ratio = json.loads(capsys.readouterr().out)["peak_torque_ratio"]
+    assert standing * (1.0 - 1e-9) <= ratio <= 1.1 * standing
+    assert main(beyond) == 0
+    warnings = [line for line in capsys.readouterr().out.splitlines() if "effort limit" in line]
+    assert len(warnings) == 1 and f"{100.0 * ratio:.1f} %" in warnings[0]
+
+
+def test_profile_does_not_warn_within_the_effort_limits(capsys):
+    assert main(["profile", *MOVE, "--json"]) == 0
+    assert 0.2 < json.loads(capsys.readouterr().out)["peak_torque_ratio"] <= 1.0
+    assert main(["profile", *MOVE]) == 0
+    assert "effort limit" not in capsys.readouterr().out
 
 
 def test_robots_lists_the_catalog(capsys):
