@@ -38,8 +38,8 @@ PUBLISHED_FIGURES = (
     PublishedFigure("rising_linear_r2", "R2 of a line through the rising part, median", "linear", 0.99, 1, True),
     PublishedFigure("rising_slope_over_idle", "rising slope over idle power, median", "1.37", 0.8, 1.4, True),
     PublishedFigure("example_motion_deviation", "nearest motion to the example, deviation", "0", 0, 0.10, True),
-    PublishedFigure("idle_power_min_w", "least idle power over the workspace [W]", "430", 430, 450, False),
-    PublishedFigure("idle_power_max_w", "largest idle power over the workspace [W]", "450", 430, 450, False),
+    PublishedFigure("idle_power_min_w", "least idle power at the trees' points [W]", "430", 430, 450, False),
+    PublishedFigure("idle_power_max_w", "largest idle power at the trees' points [W]", "450", 430, 450, False),
 )
 
 

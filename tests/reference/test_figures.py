@@ -34,3 +34,4 @@ def test_check_marks_what_is_held():
     metrics = {item.metric: (item.low + item.high) / 2 for item in PUBLISHED_FIGURES} | {"idle_power_max_w": 600.0}
     rows = check_energy_model(metrics).to_pylist()
     assert [row["held"] for row in rows] == [True] * (len(rows) - 1) + [False]
+    assert rows[-1]["figure"] == "largest idle power at the trees' points [W]" and rows[-1]["ours"] == 600.0
