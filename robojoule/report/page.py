@@ -76,10 +76,10 @@ def report_html(results: Results, pictures: Sequence[Picture], claims: Rows, met
         studies=tables.study_tables(results),
         table_6_2=_with_published(results, "table_6_2", "cycle times of 110, 121 and 133 %"),
         table_6_3=_with_published(results, "table_6_3", "cycle times of 150, 175 and 200 %"),
+        energy_model=tables.plain(results, "energy_model", "The energy model against the published figures"),
         more=[
             table
             for table in (
-                tables.plain(results, "energy_model", "The energy model against the published figures"),
                 tables.plain(results, "retrace", "Forward and reverse profiles of the same paths compared"),
                 tables.plain(results, "payload_sensitivity", "Sensitivity to the payload"),
                 tables.plain(results, "suitability", "How well the order of suitability is predicted"),

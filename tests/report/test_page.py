@@ -108,6 +108,12 @@ def test_tables_stand_beside_the_published_ones(page: Page):
     assert "KRC polynomial, 4 segments" in text and "proven optimum" in text
 
 
+def test_the_energy_model_tells_where_its_misses_are_explained(page: Page):
+    text = " ".join(" ".join(page.texts).split())
+    explained = text.index("docs/energy-model.md")
+    assert explained < text.index("The energy model against the published figures") < text.index("512.50")
+
+
 def test_no_time_path_or_version(html: str, toy_root: object):
     assert str(toy_root) not in html
     assert not re.search(
