@@ -7,6 +7,12 @@ with above and below exchanged: the runs themselves are kept, so a stretch that 
 planning model gives it a binary. In a segment that bends upwards at one end only, the neighbour there is extended over
 most of it. Above and below hold as long as the curvature of E does not change its sign unseen between two runs.
 
+They enclose the curve up to the error of the simulated energies: where two zeros of the bus power lie between the same
+two quadrature nodes, the simulation misses both, the energy comes out too low and neighbouring runs differ by a step.
+Among 20 000 runs of 100 random motions of a KR16 with 10 kg it was too low by up to 4e-4 of its value, by more than
+1e-6 in 2 % of the runs. At a stated error of 1e-3 the curve rose above the upper profile by up to 3e-4 of its value, by
+more than 1e-6 for 16 motions, and fell below the lower profile for none. With four times as many nodes it lay between.
+
 Near d_min the energy may fall with a vertical tangent (duration has its least value there as a function of the speed
 limit); equal steps of the speed limit resolve it.
 """

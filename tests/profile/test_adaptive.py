@@ -5,12 +5,14 @@ import pytest
 
 from robojoule.profile import PiecewiseLinearProfile
 from robojoule.profile.adaptive import LEAST_SPACING_S, AdaptiveProfiles, sandwich
+from robojoule.quadrature import run_quadrature
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from robojoule.simulation import MotionPaths
 
 ERROR = 1e-3
 SLOWEST = 0.1
+QUADRATURE_ERROR = 2e-4  # of the energies of these motions, where two zeros of the bus power lie between two nodes
 
 
 @pytest.fixture(scope="module")
@@ -33,21 +35,46 @@ def refined(paths):
 
 
 @pytest.fixture(scope="module")
+def finer(paths):
+    return Finer(paths.robot, paths.start_rad, paths.start_rad + paths.delta_rad)
+
+
+class Finer(MotionPaths):
+    """The same motions integrated on eight times as many nodes, which see every change of the bus power's sign."""
+
+    def _quadrature(self, path_nodes):
+        return run_quadrature(8 * path_nodes)
+
+    def subset(self, rows):
+        return Finer(self.robot, self.start_rad[rows], (self.start_rad + self.delta_rad)[rows])
+
+
 def dense(paths):
     top = np.maximum(paths.fastest_speed_limits(), SLOWEST)[:, None]
     return paths.simulate(np.clip(top + np.linspace(0.0, 1.0, 150) * (SLOWEST - top), SLOWEST, 1.0))
 
 
-def test_the_true_curve_lies_between_both_profiles(paths, refined, dense):
-    for motion in range(paths.motions):
-        pair = refined.sandwich(motion)
-        d, e = dense.duration_s[motion], dense.energy_j[motion]
+def assert_between(adaptive, curve, relative):
+    for motion in range(adaptive.paths.motions):
+        pair = adaptive.sandwich(motion)
+        d, e = curve.duration_s[motion], curve.energy_j[motion]
         d = np.clip(d, pair.above.d_min_s, pair.above.d_max_s)
-        noise = 1e-6 * e.max()
-        assert (pair.above.value(d) >= e - noise).all()
+        assert (pair.above.value(d) >= e * (1.0 - relative)).all()
         # At d_min itself the energy is known, but the profile below is the neighbour's line.
         inside = d > pair.below.d_min_s + 1e-9
-        assert (pair.below.value(d)[inside] <= e[inside] + noise).all()
+        assert (pair.below.value(d)[inside] <= e[inside] * (1.0 + relative)).all()
+
+
+def test_the_true_curve_lies_between_both_profiles(finer):
+    adaptive = AdaptiveProfiles(finer, SLOWEST)
+    adaptive.refine(ERROR)
+    assert_between(adaptive, dense(finer), 1e-6)
+
+
+def test_the_true_curve_lies_between_simulated_profiles_up_to_the_error_of_the_simulation(paths, finer, refined):
+    curve = dense(finer)
+    assert dense(paths).energy_j == pytest.approx(curve.energy_j, rel=QUADRATURE_ERROR)
+    assert_between(refined, curve, QUADRATURE_ERROR)
 
 
 def test_both_profiles_differ_by_no_more_than_the_stated_error(paths, refined):
