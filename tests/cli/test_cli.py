@@ -129,17 +129,6 @@ def test_help_loads_nothing_heavy():
     assert "loaded: []" in shown.stdout
 
 
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    from robojoule.operations import save_tree
-    from robojoule.operations.generate import tree_from_configurations
-
-    degrees = [[0, -90, 90, 0, 0, 0], [50, -70, 80, 0, 30, 0], [-20, -60, 100, 40, 0, 0], [0, -90, 90, 0, 0, 0]]
-    path = tmp_path_factory.mktemp("programs") / "pick.yaml"
-    save_tree(tree_from_configurations("pick", np.radians(degrees), "kuka_kr16_r2010_2"), path)
-    return path
-
-
 def test_optimize_writes_a_program_that_keeps_the_cycle_time(program, tmp_path, capsys):
     from robojoule.operations import load_tree
 

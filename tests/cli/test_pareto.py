@@ -7,18 +7,8 @@ import numpy as np
 import pytest
 
 from robojoule.cli import main
-from robojoule.operations import save_tree
-from robojoule.operations.generate import tree_from_configurations
 
 ROBOT = ["--robot", "kuka_kr16_r2010_2"]
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    degrees = [[0, -90, 90, 0, 0, 0], [50, -70, 80, 0, 30, 0], [-20, -60, 100, 40, 0, 0], [0, -90, 90, 0, 0, 0]]
-    path = tmp_path_factory.mktemp("programs") / "pick.yaml"
-    save_tree(tree_from_configurations("pick", np.radians(degrees), "kuka_kr16_r2010_2"), path)
-    return path
 
 
 def test_the_curve_falls_to_the_least_energy(program, tmp_path, capsys):
