@@ -195,8 +195,8 @@ def misses(robot: Robot, motions: tuple[Array, Array, Index], setup: FitSetup) -
 def fit(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], list[float]]:
     """Search the parameter values that miss the targets least, nearest to the priors where the targets leave room.
 
-    Shares of motions and extremes over trees are not smooth, so the search is differential evolution. It starts at the
-    prior and at points all over the ranges.
+    Shares of motions and extremes over trees are not smooth, so the search is differential evolution. It starts
+    from the best among the prior and points all over the ranges.
 
     Returns:
         Value of every parameter, and the cost (sum of squares): of the prior, of the best first point, of the result.
