@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot, load_robot_file, robot_names
 from robojoule.robots.robot import Payload
-from robojoule.simulation import MotionPaths
 
 PAYLOAD_SHARE = 0.6
 LEANING_DEG = {"KUKA": -20.0, "FANUC": 20.0, "Universal Robots": -20.0}

@@ -14,10 +14,11 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from benchmarks.measure import rounded, run
-from robojoule import predictor
-from robojoule.config import load_params
-from robojoule.dataset import SAMPLES_SCHEMA, samples_writer, write_table
-from robojoule.predictor import MODELS, TARGETS
+from reproduction.config import load_params
+from reproduction.motions.tables import SAMPLES_SCHEMA, samples_writer, write_table
+from reproduction.predictors.estimators import MODELS, fit, make_estimator
+from reproduction.predictors.profile_parameters import TARGETS, input_names
+from reproduction.tables import columns
 from stages.layout import Layout
 
 
@@ -42,11 +43,11 @@ def bare_fits_s(root: Path) -> float:
     features = pq.read_table(layout.features)
     features = features.filter(np.array(features["split"].to_pylist()) == "train")
     joints = sum(name.endswith("_angle_difference_rad") for name in features.column_names)
-    inputs = features.select(predictor.input_names(joints)).to_pandas()
-    targets = predictor.columns(features, TARGETS, layout.features)
+    inputs = features.select(input_names(joints)).to_pandas()
+    targets = columns(features, TARGETS, layout.features)
     start = time.perf_counter()
     for model in MODELS:
-        predictor.fit(predictor.make_estimator(model, params.train_predictors), inputs, targets)
+        fit(make_estimator(model, params.train_predictors), inputs, targets)
     return time.perf_counter() - start
 
 

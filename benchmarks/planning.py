@@ -12,15 +12,15 @@ from statistics import median
 import numpy as np
 
 from benchmarks.measure import interleaved, ratio, rounded
-from robojoule.operations.generate import tree_from_configurations
+from reproduction.motions.shards import random_motions
+from reproduction.trees.generate import tree_from_configurations
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.model import VertexCosts
+from robojoule.planning.milp import VertexCosts
 from robojoule.planning.simulated import simulated_plans
-from robojoule.planning.solve import PlanSolver
-from robojoule.profile import measured_profile
+from robojoule.planning.solver import PlanSolver
+from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from robojoule.shards import random_motions
 
 MOTIONS, LARGE = 10, 500
 RUNS = 19
@@ -41,7 +41,7 @@ def measured_costs(trees: TreeBatch) -> list[VertexCosts]:
     limits = np.linspace(trees.slowest_speed_limit, 1.0, RUNS)
     runs = trees.paths.simulate(limits)
     return [
-        VertexCosts(measured_profile(d, e, limits).piecewise(), float(prior), float(post))
+        VertexCosts(sampled_profile(d, e, limits).piecewise(), float(prior), float(post))
         for d, e, prior, post in zip(runs.duration_s, runs.energy_j, trees.idle_prior_w, trees.idle_post_w, strict=True)
     ]
 

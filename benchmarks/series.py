@@ -20,11 +20,11 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from benchmarks.measure import interleaved, ratio, rounded, run
-from robojoule.dataset import samples_writer, write_samples
+from reproduction.motions.shards import random_motions
+from reproduction.motions.tables import samples_writer, write_samples
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from robojoule.shards import random_motions
-from robojoule.simulation import MotionPaths
 
 SPEED_LIMITS = np.arange(1, 11) / 10.0
 RATE_HZ = 250.0

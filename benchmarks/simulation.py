@@ -20,13 +20,14 @@ import pinocchio as pin
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 from threadpoolctl import threadpool_limits
 
-from robojoule.drive import Array, mains_power_w
-from robojoule.dynamics import inverse_dynamics, path_torques
-from robojoule.quadrature import RunQuadrature
-from robojoule.recursion import path_points
+from robojoule.arrays import Array
+from robojoule.motion.dynamics import inverse_dynamics, path_torques
+from robojoule.motion.quadrature import RunQuadrature
+from robojoule.motion.recursion import path_points
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
+from robojoule.robots.drives import mains_power_w
 from robojoule.robots.robot import Payload, Robot
-from robojoule.simulation import MotionPaths
 
 SPEED_LIMITS = np.arange(1, 11) / 10.0
 SAMPLE_S = 0.004

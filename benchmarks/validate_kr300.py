@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from reproduction.validation.kr300 import Comparison, Kr300Model, Recording, load_excerpt
+from robojoule.arrays import Array
 from robojoule.documents import atomic_path
-from robojoule.drive import Array
-from robojoule.validation.kr300 import Comparison, Kr300Model, Recording, load_excerpt
 
 RUNS = ("a", "b")
 DRAWN = 8  # every eighth sample: finer than a printed line

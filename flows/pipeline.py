@@ -29,8 +29,8 @@ from prefect.artifacts import (
 )
 from prefect.cache_policies import NO_CACHE
 
-from robojoule.predictor import MODELS
-from stages._tracking import data_hash, find_run
+from reproduction.predictors.estimators import MODELS
+from reproduction.tracking.store import data_hash, find_run
 from stages.layout import Layout
 
 STAGE_TIMEOUT_S = 1800.0

@@ -1,7 +1,7 @@
 """Many random motions of a robot, simulated by shards on Prefect's task runners. `python -m flows.scale --help`.
 
 The bytes do not depend on the runner or the number of its workers, and a run that was stopped goes on with the shards
-that are missing (see `robojoule.shards`). Prefect starts the tasks and keeps nothing.
+that are missing (see `reproduction.motions.shards`). Prefect starts the tasks and keeps nothing.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from prefect.settings import PREFECT_API_URL, temporary_settings
 from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
 from threadpoolctl import threadpool_limits
 
+from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse
 from robojoule.errors import InputError, RobojouleError
-from robojoule.shards import MotionSet, close_folder, open_folder, write_shard
 
 CLUSTERS = {"dask": ("prefect_dask", "DaskTaskRunner"), "ray": ("prefect_ray", "RayTaskRunner")}
 RUNNERS = ("processes", "threads", *CLUSTERS)

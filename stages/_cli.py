@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from robojoule.config import Params, load_params
+from reproduction.config import Params, load_params
 from robojoule.errors import InputError, RobojouleError
 from stages.layout import Layout
 

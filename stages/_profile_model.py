@@ -9,10 +9,10 @@ import mlflow
 import numpy as np
 import pandas as pd
 
-from robojoule.predictor.profile_archive import load_profile_predictor
+from robojoule.motion.simulation import MotionPaths
+from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from robojoule.simulation import MotionPaths
 
 
 class ProfileModel(mlflow.pyfunc.PythonModel):

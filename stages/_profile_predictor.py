@@ -12,17 +12,17 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from robojoule.config import Params
+from reproduction.config import Params
+from reproduction.predictors.gate import passes_gate
+from reproduction.predictors.measurements import MeasuredTable, read_measurements
+from reproduction.predictors.profile_parameters import TARGETS
+from reproduction.tracking import store as _tracking
 from robojoule.errors import RobojouleError
-from robojoule.predictor import TARGETS
-from robojoule.predictor.gate import passes_gate
-from robojoule.predictor.measurements import MeasuredTable, read_measurements
-from robojoule.predictor.physics import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
-from robojoule.predictor.profile_archive import export_profile_predictor, load_profile_predictor
-from robojoule.predictor.targets import profile_parameters
+from robojoule.profile.parameters import profile_parameters
+from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
+from robojoule.profile.predictor_file import export_profile_predictor, load_profile_predictor
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
-from stages import _tracking
 from stages.layout import Layout
 
 MODEL = "robojoule_predicted"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pyarrow.parquet as pq
 
-from robojoule import features
-from robojoule.config import Params
+from reproduction import features
+from reproduction.config import Params
 from robojoule.documents import atomic_path
 from stages._cli import run
 from stages.layout import Layout

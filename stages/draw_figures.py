@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from robojoule.config import Params
+from reproduction.config import Params
+from reproduction.methods.three_segment_profile import ThreeSegmentShape
+from reproduction.report.gallery import Picture, draw_all
+from reproduction.report.merge import CLAIM_COLUMNS, csv_text, merged_claims, merged_metrics
+from reproduction.report.page import report_html
+from reproduction.report.results import ResultFiles, Results
 from robojoule.documents import write_document, write_text
-from robojoule.profile import ThreeSegmentShape
-from robojoule.report.gallery import Picture, draw_all
-from robojoule.report.merge import CLAIM_COLUMNS, csv_text, merged_claims, merged_metrics
-from robojoule.report.page import report_html
-from robojoule.report.results import ResultFiles, Results
-from robojoule.report.style import Style
+from robojoule.plots.style import Style
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from stages._cli import run

@@ -13,14 +13,15 @@ from pathlib import Path
 import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
-from robojoule.config import Params
+from reproduction.claims import plans as claims
+from reproduction.config import Params
+from reproduction.experiment import results
+from reproduction.experiment.data import read_experiment
+from reproduction.experiment.experiment import full_speed_energies_j, run_experiment, sensitivity
+from reproduction.experiment.gaps import Row, win_rows
 from robojoule.documents import atomic_path, write_text
-from robojoule.operations import load_tree
-from robojoule.planning import claims, results
+from robojoule.formats.tree_files import load_tree
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.experiment import full_speed_energies_j, run_experiment, sensitivity
-from robojoule.planning.experiment_data import read_experiment
-from robojoule.planning.gaps import Row, win_rows
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 from stages._cli import run

@@ -9,11 +9,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
-from robojoule.config import Params
+from reproduction.config import Params
+from reproduction.trees.generate import generate_configurations, joint_travel_rad, tree_from_configurations
 from robojoule.documents import atomic_path
 from robojoule.errors import InputError
-from robojoule.operations import save_tree
-from robojoule.operations.generate import generate_configurations, joint_travel_rad, tree_from_configurations
+from robojoule.formats.tree_files import save_tree
 from robojoule.robots import load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload

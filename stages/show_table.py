@@ -37,7 +37,7 @@ Lines = dict[str, dict[float, float]]
 
 def published() -> list[dict[str, str]]:
     """Rows of the thesis's Table 6.1; its savings by Eq. 6.1 are recomputed from its Tables 6.2 and 6.3."""
-    file = resources.files("robojoule.report") / "published" / "table_6_1.csv"
+    file = resources.files("reproduction.report") / "published" / "table_6_1.csv"
     return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 

@@ -14,8 +14,8 @@ import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
-from robojoule.config import Params, RobotParams
-from robojoule.dataset import (
+from reproduction.config import Params, RobotParams
+from reproduction.motions.tables import (
     MotionTable,
     motions_of_trees,
     motions_table,
@@ -24,14 +24,14 @@ from robojoule.dataset import (
     write_samples,
     write_table,
 )
+from reproduction.reference_robot.check import check_energy_model
+from reproduction.reference_robot.figures import energy_model_figures
+from reproduction.validation.kr300 import kr300_energy_error_percent
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
-from robojoule.reference.check import check_energy_model
-from robojoule.reference.figures import energy_model_figures
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
-from robojoule.simulation import MotionPaths
-from robojoule.validation.kr300 import kr300_energy_error_percent
 from stages._cli import run
 from stages.layout import Layout
 

@@ -17,12 +17,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from robojoule import predictor
-from robojoule.config import Params, TrainPredictorsParams
+from reproduction.claims import predictors as claims
+from reproduction.config import Params, TrainPredictorsParams
+from reproduction.predictors import evaluation
+from reproduction.predictors.archive import export, portable
+from reproduction.predictors.estimators import MODELS, fit, make_estimator
+from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names, steepness
+from reproduction.tables import columns, read_table
+from reproduction.tracking import store as _tracking
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
-from robojoule.predictor import MODELS, TARGETS, claims, evaluation
-from stages import _tracking
 from stages._cli import run
 from stages._profile_predictor import (
     HELD_OUT,
@@ -63,7 +67,7 @@ def train_predictors(params: Params, layout: Layout) -> None:
         print(f"train_predictors: {training.model}, recorded in MLflow", flush=True)
         record.training(training.model, training.estimator, features, predictions, metrics, training.fit_s)
     test = predictions.filter(pa.compute.equal(predictions["split"], "test"))
-    rivals = [predictor.columns(test.filter(pa.compute.equal(test["model"], model)), TARGETS) for model in MODELS]
+    rivals = [columns(test.filter(pa.compute.equal(test["model"], model)), TARGETS) for model in MODELS]
     released = record_profile_predictor(record, profiles, metrics, rivals)
     print(f"train_predictors: {MODEL}, {'registered' if released else 'refused by its gate'}", flush=True)
 
@@ -80,8 +84,8 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
         InputError: The features, motions or runs cannot be trained on.
     """
     splits = np.array(features["split"].to_pylist())
-    inputs = predictor.columns(features, names := _input_names(params), layout.features)
-    targets = predictor.columns(features, TARGETS, layout.features)
+    inputs = columns(features, names := _input_names(params), layout.features)
+    targets = columns(features, TARGETS, layout.features)
     training, held_out = splits == "train", splits != "train"
     if not training.any() or not (splits == "test").any():
         raise InputError("there are no training or no test motions", file=layout.features, key="split")
@@ -100,9 +104,9 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
 
     tables = []
     for one in trainings:
-        portable = predictor.portable(one.estimator, one.model, names, TARGETS)
-        predictor.export(portable, layout.models_dir / one.model)
-        tables.append(_predictions(features.filter(pa.array(held_out)), one.model, portable.predict(inputs[held_out])))
+        arrays = portable(one.estimator, one.model, names, TARGETS)
+        export(arrays, layout.models_dir / one.model)
+        tables.append(_predictions(features.filter(pa.array(held_out)), one.model, arrays.predict(inputs[held_out])))
     tables.append(_with_outliers(profiles.predictions).cast(tables[0].schema))
     predictions = pa.concat_tables(tables)
     with atomic_path(layout.predictions) as path:
@@ -112,7 +116,7 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
 
 def _fit(model: str, params: TrainPredictorsParams, frame: Any, targets: np.ndarray) -> Training:
     start = time.perf_counter()
-    estimator = predictor.fit(predictor.make_estimator(model, params), frame, targets)
+    estimator = fit(make_estimator(model, params), frame, targets)
     return Training(model, estimator, time.perf_counter() - start)
 
 
@@ -131,12 +135,12 @@ def write_tables(
 
 def _input_names(params: Params) -> tuple[str, ...]:
     """The inputs for as many joints as the robot has."""
-    return predictor.input_names(robot_of(params).joint_count)
+    return input_names(robot_of(params).joint_count)
 
 
 def _read_features(params: Params, layout: Layout) -> pa.Table:
     """The columns that are needed, sorted by motion."""
-    return predictor.read_table(
+    return read_table(
         layout.features,
         "build_features",
         numbers=["motion_id", "duration_fastest_s", "duration_slowest_s", *_input_names(params), *TARGETS],
@@ -147,7 +151,7 @@ def _read_features(params: Params, layout: Layout) -> pa.Table:
 def _predictions(features: pa.Table, model: str, raw: np.ndarray) -> pa.Table:
     """Possible predictions beside the measured values, one row a held-out motion."""
     fastest, slowest = (features[f"duration_{end}_s"].to_numpy() for end in ("fastest", "slowest"))
-    values = predictor.bounded(raw, fastest, slowest)
+    values = bounded(raw, fastest, slowest)
     table = features.select(["motion_id", "tree_id", "split"]).append_column("model", pa.array([model] * len(values)))
     for place, target in enumerate(TARGETS):
         table = table.append_column(target, pa.array(values[:, place]))
@@ -180,13 +184,13 @@ def _evaluate(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, _t
             part = ours.filter(pa.array(splits == split))
             if not len(part):
                 continue
-            predicted = predictor.columns(part, TARGETS)
-            measured = predictor.columns(part, tuple(f"{target}_measured" for target in TARGETS))
+            predicted = columns(part, TARGETS)
+            measured = columns(part, tuple(f"{target}_measured" for target in TARGETS))
             fastest = _of_motions(features, part, "duration_fastest_s")
             marks = part["saving_outlier"].to_numpy()
             found = evaluation.order_rows(
-                predictor.steepness(predicted, fastest),
-                predictor.steepness(measured, fastest),
+                steepness(predicted, fastest),
+                steepness(measured, fastest),
                 part["tree_id"].to_pylist(),
             )
             counts = {"underpredicted": int((marks < 0).sum()), "overpredicted": int((marks > 0).sum())}

@@ -66,7 +66,7 @@ def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project in a Git repository of its own, with parameters for a few trees; the name has a space."""
     folder = tmp_path_factory.mktemp("toy") / "robo joule"
     folder.mkdir()
-    for name in ("robojoule", "stages", "flows"):
+    for name in ("robojoule", "reproduction", "stages", "flows"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "studies/tables", folder / "studies/tables")
     for name in (".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "data/.gitignore", "reports/.gitignore"):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
-from robojoule.simulation import MotionPaths
 
 SPEED_LIMITS = np.arange(1, 11) / 10.0
 HOME_DEG = (0, -90, 90, 0, 0, 0)

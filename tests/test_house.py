@@ -14,7 +14,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("robojoule", "stages", "flows")
-EDGES = ("robojoule.cli", "robojoule.report", "robojoule.formats")
+EDGES = ("robojoule.cli", "reproduction.report", "robojoule.formats")
 PHYSICS = (
     "robots",
     "trajectory",
@@ -28,7 +28,7 @@ PHYSICS = (
 )
 BASE = ("errors", "documents")
 # Carry or record values but make none, so no stage has to run again when they change (dvc.yaml says so too).
-PLUMBING = {"robojoule/__init__.py", "robojoule/errors.py", "robojoule/config.py"} | {
+PLUMBING = {"robojoule/__init__.py", "robojoule/errors.py", "reproduction/config.py"} | {
     f"stages/{name}.py" for name in ("__init__", "_cli", "_tracking", "layout")
 }
 

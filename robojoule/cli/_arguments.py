@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
-    from robojoule.drive import Array
+    from robojoule.arrays import Array
     from robojoule.robots.robot import Robot
 
 PAYLOAD_KG = 10.0  # if nothing is said

@@ -31,10 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Read, fit, judge, write."""
-    from robojoule.cli._identification_plot import check_plot_path, write_plot
+    from robojoule.calibration.identification import identify
+    from robojoule.calibration.log import read_log
+    from robojoule.calibration.signals import WINDOW_S
     from robojoule.documents import write_document
-    from robojoule.identification import identify, read_log
-    from robojoule.identification.signals import WINDOW_S
+    from robojoule.plots.identification_plot import check_plot_path, write_plot
 
     if arguments.plot:
         check_plot_path(arguments.plot)

@@ -43,9 +43,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Profiles -> graph -> solve -> write back -> verify."""
     import numpy as np
 
-    from robojoule.operations import load_tree, save_tree
+    from robojoule.formats.tree_files import load_tree, save_tree
     from robojoule.planning.batch import TreeBatch
-    from robojoule.planning.methods import rule_plan
+    from robojoule.planning.rule import rule_plan
     from robojoule.planning.simulated import simulated_plans
     from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
 

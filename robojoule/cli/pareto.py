@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate where needed, merge the profiles, write what is asked for."""
     from robojoule.documents import write_text
-    from robojoule.operations import load_tree
+    from robojoule.formats.tree_files import load_tree
     from robojoule.planning.batch import TreeBatch
     from robojoule.planning.pareto import trade_offs
 
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     }
     drawing = None
     if arguments.plot is not None:
-        from robojoule.cli._pareto_plot import drawing_of
+        from robojoule.plots.pareto_plot import drawing_of
 
         drawing = drawing_of(result)
     if arguments.csv is not None:

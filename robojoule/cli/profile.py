@@ -9,7 +9,7 @@ from robojoule.cli._arguments import add_robot, joints_of, robot_of
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
-    from robojoule.drive import Array
+    from robojoule.arrays import Array
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,8 +29,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the motion over the speed limits."""
     import numpy as np
 
-    from robojoule.report.labels import ENERGY_PARTS
-    from robojoule.simulation import MotionPaths
+    from robojoule.motion.simulation import MotionPaths
+    from robojoule.plots.energy_plot import ENERGY_PARTS
 
     if not 2 <= arguments.points <= 1000:
         raise InputError(f"{arguments.points} is not a number of points", key="--points", allowed="2 to 1000")
@@ -66,8 +66,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _plot(path: str, rows: dict[str, Array]) -> None:
     from robojoule.documents import write_text
-    from robojoule.report.energy_figures import stacked_over_duration
-    from robojoule.report.style import Style, svg_text
+    from robojoule.plots.energy_plot import stacked_over_duration
+    from robojoule.plots.style import Style, svg_text
 
     style = Style()
     rising = {name: values[::-1] for name, values in rows.items()}

@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robojoule.arrays import Array
 from robojoule.errors import InputError
-from robojoule.operations import OperationTree, check_tree
+from robojoule.formats.tree_files import check_tree
+from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
-from robojoule.profile.piecewise import Array
+from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
-from robojoule.simulation import MotionPaths
 
 SLOWEST_SPEED_LIMIT = 0.1  # the slowest run that a profile knows (thesis 4.3)
 

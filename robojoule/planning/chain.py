@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from robojoule.arrays import Array
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.model import VertexCosts
+from robojoule.planning.milp import VertexCosts
 from robojoule.planning.pareto import pareto_curve
-from robojoule.planning.solve import RELATIVE_GAP, PlanSolver, SpeedPlan, check_cycle_time
-from robojoule.profile.piecewise import Array
+from robojoule.planning.solver import RELATIVE_GAP, PlanSolver, Schedule, check_cycle_time
 
 
 def chain_plans(
@@ -27,7 +27,7 @@ def chain_plans(
     preference_w: float = 0.0,
     *,
     relative_gap: float = RELATIVE_GAP,
-) -> list[SpeedPlan]:
+) -> list[Schedule]:
     """Plans for some cycle times; through the planning model where a profile is not convex.
 
     Args:
@@ -61,7 +61,7 @@ def chain_plans(
         ends = np.cumsum(waits.sum(axis=1) + durations)
         bound = float(curve.energy_j(cycle_time))
         plans.append(
-            SpeedPlan(
+            Schedule(
                 status="optimal",
                 cycle_time_s=cycle_time,
                 durations_s=durations,

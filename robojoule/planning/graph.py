@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from robojoule.errors import InputError
-from robojoule.operations import MoveOperation, OperationTree, ProcessOperation
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
 
 
 class Phase(Enum):

@@ -15,15 +15,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
 from robojoule.planning.graph import process_energy_j
-from robojoule.planning.model import VertexCosts
-from robojoule.planning.solve import SpeedPlan
+from robojoule.planning.milp import VertexCosts
+from robojoule.planning.solver import Schedule
 from robojoule.planning.writeback import stacked_durations
-from robojoule.profile import PiecewiseLinearProfile, measured_profile
-from robojoule.profile.measured import SAME_DURATION_S
-from robojoule.profile.piecewise import Array
+from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.sampled import SAME_DURATION_S, sampled_profile
 
 TARGET_GAP = 8e-5  # relative gap between plan and bound at which the refinement ends
 MAX_REFINEMENTS = 6
@@ -46,7 +46,7 @@ class DenseProfiles:
         limits = batch.speed_limits(speed_limits)
         runs = batch.paths.simulate(limits)
         self.profiles = [
-            measured_profile(d, e, p, LEAST_SPACING_S)
+            sampled_profile(d, e, p, LEAST_SPACING_S)
             for d, e, p in zip(runs.duration_s, runs.energy_j, limits, strict=True)
         ]
 
@@ -71,7 +71,7 @@ class DenseProfiles:
         runs = self.batch.paths.subset(motions).simulate(flat)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, flat, strict=True):
             known = self.profiles[motion]
-            self.profiles[motion] = measured_profile(
+            self.profiles[motion] = sampled_profile(
                 np.append(known.durations_s, d),
                 np.append(known.energies_j, e),
                 np.append(known.speed_limits, p),
@@ -132,14 +132,14 @@ def profile_below(profile: PiecewiseLinearProfile) -> PiecewiseLinearProfile:
     return PiecewiseLinearProfile(durations[distinct], energies[distinct])
 
 
-def optimal_plans(batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int) -> list[list[SpeedPlan]]:
+def optimal_plans(batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int) -> list[list[Schedule]]:
     """Plans of `solve_optimum` alone, R for each tree."""
     return solve_optimum(batch, cycle_times_s, speed_limits=speed_limits)[0]
 
 
 def solve_optimum(
     batch: TreeBatch, cycle_times_s: Array, *, speed_limits: int, prove: bool = True
-) -> tuple[list[list[SpeedPlan]], list[list[VertexCosts]]]:
+) -> tuple[list[list[Schedule]], list[list[VertexCosts]]]:
     """Plans with the least true energy, each with a proven lower bound.
 
     Args:
@@ -183,17 +183,17 @@ def solve_optimum(
     return proven, [dense.costs(tree) for tree in everything]
 
 
-def _refine(dense: DenseProfiles, plans: dict[int, list[SpeedPlan]]) -> None:
+def _refine(dense: DenseProfiles, plans: dict[int, list[Schedule]]) -> None:
     """Sample the motions of some trees more densely round plans, equally many for each tree."""
     motions = np.concatenate([np.arange(rows.start, rows.stop) for rows in (dense.batch.rows[tree] for tree in plans)])
     dense.refine(stacked_durations(list(plans.values())), motions)
 
 
-def _largest_gap(plans: list[SpeedPlan], bounds: list[SpeedPlan]) -> float:
+def _largest_gap(plans: list[Schedule], bounds: list[Schedule]) -> float:
     return max(1.0 - bound.bound_j / plan.energy_j for plan, bound in zip(plans, bounds, strict=True))
 
 
-def _bounds(dense: DenseProfiles, cycle_times_s: Array, tree: int, plans: list[SpeedPlan]) -> list[SpeedPlan]:
+def _bounds(dense: DenseProfiles, cycle_times_s: Array, tree: int, plans: list[Schedule]) -> list[Schedule]:
     """Plans on the profiles below; at the least cycle time there is one plan only, which is its own bound."""
     only = cycle_times_s[tree] <= dense.batch.least_cycles_s[tree] * (1.0 + 1e-12)
     below = _solve(dense, cycle_times_s, tree, below=True)
@@ -203,6 +203,6 @@ def _bounds(dense: DenseProfiles, cycle_times_s: Array, tree: int, plans: list[S
     ]
 
 
-def _solve(dense: DenseProfiles, cycle_times_s: Array, tree: int, *, below: bool = False) -> list[SpeedPlan]:
+def _solve(dense: DenseProfiles, cycle_times_s: Array, tree: int, *, below: bool = False) -> list[Schedule]:
     costs = dense.costs(tree, below=below)
     return chain_plans(dense.batch.graphs[tree], costs, cycle_times_s[tree], relative_gap=_MILP_GAP)

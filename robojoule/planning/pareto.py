@@ -1,6 +1,6 @@
 """Energy over cycle time of one robot, for all cycle times at once.
 
-For one robot without possible collisions the planning model (see `robojoule.planning.model`) only shares out time:
+For one robot without possible collisions the planning model (see `robojoule.planning.milp`) only shares out time:
 every second of the cycle is spent in a movement or waited where idling is cheapest. With convex profiles the least
 energy is the infimal convolution of the profiles and the idle line, a convex piecewise linear function of the cycle
 time: all their segments in order of slope, from the fastest cycle on. No program has to be solved, and no cycle time is
@@ -22,12 +22,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robojoule.arrays import Array
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
-from robojoule.planning.model import VertexCosts, check_costs
+from robojoule.planning.milp import VertexCosts, check_costs
 from robojoule.profile.adaptive import AdaptiveProfiles
-from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
+from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 RELATIVE_ERROR = 5e-4  # of each motion's profile
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.model import VertexCosts
-from robojoule.predictor.physics import PredictedProfiles
+from robojoule.planning.milp import VertexCosts
+from robojoule.profile.predicted import PredictedProfiles
 
 
 def predicted_costs(

@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
 from robojoule.planning.graph import process_energy_j
-from robojoule.planning.model import VertexCosts
+from robojoule.planning.milp import VertexCosts
 from robojoule.planning.pareto import pareto_curve
-from robojoule.planning.solve import SpeedPlan
+from robojoule.planning.solver import Schedule
 from robojoule.profile.adaptive import AdaptiveProfiles, Sandwich
-from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
+from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 RELATIVE_GAP = 5e-4  # of a plan to its proven bound, at which no more runs are added
 MAX_ROUNDS = 15
@@ -38,7 +39,7 @@ class SimulatedPlans:
         runs: Simulated runs of each motion, shape (M,).
     """
 
-    plans: list[list[SpeedPlan]]
+    plans: list[list[Schedule]]
     costs: list[list[VertexCosts]]
     runs: NDArray[np.intp]
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robojoule.arrays import Array
 from robojoule.errors import InputError
-from robojoule.operations import OperationTree
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree, process_energy_j
-from robojoule.planning.solve import SpeedPlan
-from robojoule.profile.piecewise import Array
+from robojoule.planning.solver import Schedule
+from robojoule.programs.operation_tree import OperationTree
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class CycleRun:
     cycle_time_s: float
 
 
-def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[SpeedPlan]]) -> Array:
+def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]]) -> Array:
     """Lowest speed limits that keep the durations of plans.
 
     Args:
@@ -53,13 +53,13 @@ def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[SpeedPlan]]
     return np.asarray(np.clip(np.stack(columns, axis=1), batch.slowest_speed_limit, 1.0))
 
 
-def stacked_durations(plans: Sequence[Sequence[SpeedPlan]]) -> Array:
+def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
     """Durations of K plans for each tree, shape (M, K). [s]"""
     return np.concatenate([np.stack([plan.durations_s for plan in row], axis=1) for row in plans])
 
 
 def write_plan(
-    tree: OperationTree, graph: OptimizationGraph, plan: SpeedPlan, speed_limits: Array, durations_s: Array
+    tree: OperationTree, graph: OptimizationGraph, plan: Schedule, speed_limits: Array, durations_s: Array
 ) -> OperationTree:
     """Write speed limits and waits into the tree so that the cycle takes exactly the plan's cycle time.
 

@@ -25,9 +25,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robojoule.profile.measured import MeasuredProfile, measured_profile
-from robojoule.profile.piecewise import Array, PiecewiseLinearProfile
-from robojoule.simulation import MotionPaths
+from robojoule.arrays import Array
+from robojoule.motion.simulation import MotionPaths
+from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.sampled import SampledProfile, sampled_profile
 
 LEAST_SPACING_S = 1e-6  # runs nearer to each other than this would have steep chords of pure noise
 MAX_ROUNDS = 40
@@ -117,8 +118,8 @@ class AdaptiveProfiles:
         limits[:, -1] = slowest_speed_limit
         limits[~paths.moving] = 1.0
         runs = paths.simulate(limits)
-        self.profiles: list[MeasuredProfile] = [
-            measured_profile(d, e, p, LEAST_SPACING_S)
+        self.profiles: list[SampledProfile] = [
+            sampled_profile(d, e, p, LEAST_SPACING_S)
             for d, e, p in zip(runs.duration_s, runs.energy_j, limits, strict=True)
         ]
         self.runs: NDArray[np.intp] = np.array([np.unique(row).size for row in limits])
@@ -183,7 +184,7 @@ class AdaptiveProfiles:
         runs = self.paths.subset(np.array(motions)).simulate(table)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, table, strict=True):
             known = self.profiles[motion]
-            self.profiles[motion] = measured_profile(
+            self.profiles[motion] = sampled_profile(
                 np.append(known.durations_s, d),
                 np.append(known.energies_j, e),
                 np.append(known.speed_limits, p),

@@ -7,9 +7,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from robojoule.arrays import Array
 
 # Energies differ from a convex profile by up to this share of the largest energy without counting as not convex:
 # numerical noise of simulated energies must not split a profile.

@@ -10,8 +10,8 @@ from robojoule.documents import load
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
-    from robojoule.robots.model_file import RobotFile
     from robojoule.robots.robot import Payload, Robot
+    from robojoule.robots.robot_file import RobotFile
 
 
 def catalog_path(name: str) -> Path:
@@ -43,7 +43,7 @@ def load_robot_file(name: str | Path, drives: str | Path | None = None) -> Robot
 
 def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
     """A robot file, and where it was read from, as messages say it."""
-    from robojoule.robots.model_file import RobotFile  # late: listing names needs no models
+    from robojoule.robots.robot_file import RobotFile  # late: listing names needs no models
 
     path = Path(name)
     suffix = path.suffix.lower()

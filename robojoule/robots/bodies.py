@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from robojoule.errors import InputError
-from robojoule.robots.model_file import JointFile, RobotFile
+from robojoule.robots.robot_file import JointFile, RobotFile
 
 NO_MASS_KG = 1e-5  # vendors write 1e-6 kg for "nothing here"
 # Smallest principal moment over the largest. Rounding of published figures leaves flat bodies above it.

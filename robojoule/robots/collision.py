@@ -19,9 +19,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from robojoule.drive import Array
-from robojoule.robots.model_file import CapsuleFile, JointFile, RobotFile
+from robojoule.arrays import Array
 from robojoule.robots.robot import PAYLOAD_DENSITY_KG_M3, Robot
+from robojoule.robots.robot_file import CapsuleFile, JointFile, RobotFile
 
 FLOOR = "the floor"
 TOOL = "the payload"

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from robojoule.drive import Array
-from robojoule.robots.model_file import RobotFile
+from robojoule.arrays import Array
 from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.robot_file import RobotFile
 
 PAYLOAD_COM_M = (0.0, 0.0, 0.1)
 _CONFIGURATIONS = 500

@@ -9,10 +9,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from robojoule.drive import Array, DriveParameters
+from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.robots.bodies import check_moving_bodies
-from robojoule.robots.model_file import JointFile, LinkFile, RobotFile
+from robojoule.robots.drives import DriveParameters
+from robojoule.robots.robot_file import JointFile, LinkFile, RobotFile
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
 LIMIT_TOLERANCE_RAD = 1e-9  # rounding of degrees to radians must not push a joint over its limit

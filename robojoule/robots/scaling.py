@@ -38,13 +38,13 @@ from typing import Any
 
 import numpy as np
 
+from robojoule.arrays import Array
 from robojoule.documents import parse, read_document, write_document
-from robojoule.drive import Array
 from robojoule.robots import catalog_path, load_robot_file, robot_names
 from robojoule.robots.anchors import AnchorFile, Kr300, load_anchors, load_kr300
 from robojoule.robots.collision import derive_capsules
 from robojoule.robots.effort import EffortRule, limits
-from robojoule.robots.model_file import RobotFile
+from robojoule.robots.robot_file import RobotFile
 
 DIGITS = 4  # significant digits of scaled figures: more would pretend to be known
 # Viscous friction of grease-lubricated gears rises with about the square root of speed beyond the speeds at which it
@@ -72,7 +72,7 @@ class JointNumbers:
 
     @classmethod
     def of(cls, effort: Array, velocity: Array, drives: dict[str, Array]) -> JointNumbers:
-        """Numbers of known drives; keys of `drives` as in `robojoule.drive.DriveParameters`."""
+        """Numbers of known drives; keys of `drives` as in `robojoule.robots.drives.DriveParameters`."""
         gear = drives["gear_ratio"]
         return cls(
             motor_speed_rad_s=gear * velocity,

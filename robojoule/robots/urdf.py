@@ -26,7 +26,7 @@ from pydantic import Field
 
 from robojoule.documents import Document, load, parse, write_text
 from robojoule.errors import InputError
-from robojoule.robots.model_file import (
+from robojoule.robots.robot_file import (
     CapsuleFile,
     DrivesFile,
     FigureGroup,

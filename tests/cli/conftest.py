@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robojoule.operations import save_tree
-from robojoule.operations.generate import tree_from_configurations
+from reproduction.trees.generate import tree_from_configurations
+from robojoule.formats.tree_files import save_tree
 
 
 @pytest.fixture(scope="session")

@@ -130,7 +130,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_optimize_writes_a_program_that_keeps_the_cycle_time(program, tmp_path, capsys):
-    from robojoule.operations import load_tree
+    from robojoule.formats.tree_files import load_tree
 
     out = tmp_path / "out.yaml"
     arguments = [str(program), "--robot", "kuka_kr16_r2010_2", "--cycle-time", "+20%", "--out", str(out), "--json"]

@@ -7,7 +7,7 @@ from pyarrow import csv
 
 from robojoule.cli import main
 from robojoule.robots import load_robot
-from tests.identification.plant import ROBOT, Plant, make_log
+from tests.calibration.plant import ROBOT, Plant, make_log
 
 
 @pytest.fixture(scope="module")

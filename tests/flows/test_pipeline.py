@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names
-from stages._tracking import data_hash
+from reproduction.tracking.store import data_hash
 from tests.conftest import wait_for
 
 STAGES: dict[str, dict[str, Any]] = {

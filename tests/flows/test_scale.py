@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from flows.scale import scale, task_runner
+from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse, read_document
 from robojoule.errors import InputError
-from robojoule.shards import MotionSet, close_folder, open_folder, write_shard
 from tests.conftest import ROOT, run, wait_for
-from tests.test_shards import DESCRIPTION
+from tests.reproduction.motions.test_shards import DESCRIPTION
 
 
 def files(root: Path) -> dict[str, bytes]:

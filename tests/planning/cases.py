@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.planning.graph import Arc, OptimizationGraph, Vertex
-from robojoule.planning.model import VertexCosts
-from robojoule.profile import PiecewiseLinearProfile
+from robojoule.planning.milp import VertexCosts
+from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 
 @dataclass(frozen=True)

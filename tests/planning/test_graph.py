@@ -3,16 +3,8 @@
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.operations import parse_tree
-from robojoule.planning.graph import (
-    Arc,
-    Collision,
-    OptimizationGraph,
-    Phase,
-    Vertex,
-    graph_of_tree,
-    process_energy_j,
-)
+from robojoule.formats.tree_files import parse_tree
+from robojoule.planning.graph import Arc, Collision, OptimizationGraph, Phase, Vertex, graph_of_tree, process_energy_j
 
 TREE = {
     "format": "robojoule-operation-tree",

@@ -6,13 +6,13 @@ import pytest
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.model import VertexCosts
+from robojoule.planning.milp import VertexCosts
 from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve, trade_offs
 from robojoule.planning.simulated import RELATIVE_GAP, simulated_plans
-from robojoule.planning.solve import PlanSolver
+from robojoule.planning.solver import PlanSolver
 from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
-from robojoule.profile import PiecewiseLinearProfile
+from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from tests.planning.cases import analytic, costs_of, one_robot, ring

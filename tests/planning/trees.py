@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robojoule.operations import parse_tree
+from robojoule.formats.tree_files import parse_tree
 
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
 POINTS_DEG = ((40.0, -70.0, 80.0, 10.0, 30.0, 0.0), (40.0, -50.0, 110.0, 10.0, -20.0, 90.0))

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from robojoule.profile import PiecewiseLinearProfile
+from robojoule.motion.quadrature import run_quadrature
+from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.adaptive import LEAST_SPACING_S, AdaptiveProfiles, sandwich
-from robojoule.quadrature import run_quadrature
+from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from robojoule.simulation import MotionPaths
 
 ERROR = 1e-3
 SLOWEST = 0.1

@@ -5,13 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robojoule.profile import (
-    PiecewiseLinearProfile,
-    ThreeSegmentShape,
-    fit_polynomial,
-    measured_profile,
-    three_segment_profile,
-)
+from reproduction.methods.polynomial_profile import fit_polynomial
+from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segment_profile
+from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.sampled import sampled_profile
 
 
 def hull_by_brute_force(d, e):
@@ -103,29 +100,29 @@ class TestPiecewise:
 
 class TestMeasured:
     def test_equal_runs_are_one_point_with_the_lowest_speed_limit(self):
-        profile = measured_profile([3.0, 1.0, 1.0, 2.0], [30.0, 12.0, 12.0, 10.0], [0.1, 0.8, 1.0, 0.4])
+        profile = sampled_profile([3.0, 1.0, 1.0, 2.0], [30.0, 12.0, 12.0, 10.0], [0.1, 0.8, 1.0, 0.4])
         assert profile.durations_s.tolist() == [1.0, 2.0, 3.0]
         assert profile.speed_limits.tolist() == [0.8, 0.4, 0.1]
         assert (profile.saving_j, profile.penalty_j, profile.steepness_j_per_s) == (2.0, 20.0, 2.0)
 
     def test_a_higher_speed_limit_with_a_longer_run_is_left_out(self):
-        profile = measured_profile([3.0, 2.0, 2.2, 1.5], [9.0, 8.0, 99.0, 10.0], [0.1, 0.5, 0.6, 1.0])
+        profile = sampled_profile([3.0, 2.0, 2.2, 1.5], [9.0, 8.0, 99.0, 10.0], [0.1, 0.5, 0.6, 1.0])
         assert profile.durations_s.tolist() == [1.5, 2.0, 3.0]
         assert profile.energies_j.tolist() == [10.0, 8.0, 9.0]
 
     def test_the_fastest_run_is_kept_whatever_the_spacing(self):
-        profile = measured_profile([3.0, 1.0 + 4e-7, 1.0], [9.0, 11.0, 12.0], [0.1, 0.9, 1.0], spacing_s=1e-6)
+        profile = sampled_profile([3.0, 1.0 + 4e-7, 1.0], [9.0, 11.0, 12.0], [0.1, 0.9, 1.0], spacing_s=1e-6)
         assert profile.durations_s.tolist() == [1.0, 3.0]
         assert profile.energies_j.tolist() == [12.0, 9.0]
 
     def test_nothing_is_steep_where_full_speed_is_best(self):
-        assert measured_profile([2.0, 1.0], [20.0, 10.0], [0.1, 1.0]).steepness_j_per_s == 0.0
+        assert sampled_profile([2.0, 1.0], [20.0, 10.0], [0.1, 1.0]).steepness_j_per_s == 0.0
 
     def test_bad_runs_are_refused(self):
         with pytest.raises(ValueError, match="same length"):
-            measured_profile([1.0, 2.0], [1.0], [0.5, 1.0])
+            sampled_profile([1.0, 2.0], [1.0], [0.5, 1.0])
         with pytest.raises(ValueError, match="finite"):
-            measured_profile([1.0, np.nan], [1.0, 2.0], [0.5, 1.0])
+            sampled_profile([1.0, np.nan], [1.0, 2.0], [0.5, 1.0])
 
 
 class TestPolynomial:

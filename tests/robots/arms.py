@@ -4,7 +4,7 @@ import copy
 import math
 
 from robojoule.documents import parse
-from robojoule.robots.model_file import RobotFile
+from robojoule.robots.robot_file import RobotFile
 
 DRIVE = {
     "gear_ratio": 100.0,

@@ -3,8 +3,8 @@ import pytest
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.robots import load_robot
-from robojoule.robots.model_file import RobotFile
 from robojoule.robots.robot import Robot
+from robojoule.robots.robot_file import RobotFile
 from tests.robots.arms import DRIVE, arm_data
 
 NOTHING = {

@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from robojoule.drive import idle_power_w
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot, load_robot_file, robot_names
 from robojoule.robots.anchors import load_anchors
 from robojoule.robots.collision import CollisionModel, derive_capsules
-from robojoule.robots.model_file import FigureGroup
+from robojoule.robots.drives import idle_power_w
 from robojoule.robots.robot import Payload
-from robojoule.simulation import MotionPaths
+from robojoule.robots.robot_file import FigureGroup
 
 PAYLOAD_SHARE = 0.6
 # A turn of the base, a lean forward with the forearm kept level, and a bit of wrist, from beside HOME. [deg]

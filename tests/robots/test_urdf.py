@@ -4,10 +4,10 @@ import pytest
 
 from robojoule.documents import write_document
 from robojoule.errors import InputError
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot, load_robot_file, robot_names
 from robojoule.robots.robot import Payload
 from robojoule.robots.urdf import load_urdf, write_urdf
-from robojoule.simulation import MotionPaths
 from tests.robots.arms import CONTROLLER, DRIVE, arm_file
 
 TWO_JOINTS = """<?xml version="1.0"?>

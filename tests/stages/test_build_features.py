@@ -6,11 +6,11 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from robojoule.config import load_params
+from reproduction.config import load_params
 from robojoule.errors import InputError
 from stages.build_features import build_features
 from stages.layout import Layout
-from tests.features.synthetic import make
+from tests.reproduction.features.synthetic import make
 
 PARAMS = load_params(Path(__file__).parents[2] / "params.yaml")
 OUTPUTS = (

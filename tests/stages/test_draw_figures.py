@@ -6,15 +6,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from robojoule.config import Params, load_params
+from reproduction.config import Params, load_params
+from reproduction.report.gallery import ENTRIES
+from reproduction.report.merge import merged_claims, merged_metrics
+from reproduction.report.page import report_html
 from robojoule.errors import InputError
-from robojoule.report.gallery import ENTRIES
-from robojoule.report.merge import merged_claims, merged_metrics
-from robojoule.report.page import report_html
 from stages.draw_figures import draw_figures
 from stages.layout import Layout
 from tests.core_cases import kr16
-from tests.report import toy
+from tests.reproduction.report import toy
 
 ROOT = Path(__file__).parents[2]
 CLAIMS = "claims_features.csv", "claims_plans.csv"

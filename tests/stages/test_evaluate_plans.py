@@ -10,13 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from robojoule.config import Params
+from reproduction.config import Params
+from reproduction.experiment.data import FINAL_POWER_WINDOW_S, read_experiment
+from reproduction.predictors.measurements import read_measurements
 from robojoule.errors import InputError
-from robojoule.planning.experiment_data import FINAL_POWER_WINDOW_S, read_experiment
-from robojoule.predictor.measurements import read_measurements
-from robojoule.predictor.physics import fit_profile_predictor
-from robojoule.predictor.profile_archive import export_profile_predictor
-from robojoule.profile import measured_profile
+from robojoule.profile.predicted import fit_profile_predictor
+from robojoule.profile.predictor_file import export_profile_predictor
+from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
 from stages.generate_trees import generate_trees
@@ -42,7 +42,7 @@ def perfect_predictions(layout):
             continue
         mine = runs.filter(pa.compute.equal(runs["motion_id"], motion))
         d, e, p = (mine[name].to_numpy() for name in ("duration_s", "energy_j", "speed_limit_percent"))
-        profile = measured_profile(d, e, p / 100.0)
+        profile = sampled_profile(d, e, p / 100.0)
         values = profile.saving_j, float(profile.durations_s[profile.optimum]), profile.penalty_j
         for model, factor in (("neural_network", 2.0), ("random_forest", 1.0)):
             names = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")

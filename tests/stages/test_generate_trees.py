@@ -5,9 +5,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from robojoule.config import load_params
+from reproduction.config import load_params
 from robojoule.errors import InputError
-from robojoule.operations import load_tree
+from robojoule.formats.tree_files import load_tree
 from robojoule.robots import load_robot
 from stages.generate_trees import complexity_terciles, generate_trees, split_by_tree
 from stages.layout import Layout
@@ -107,7 +107,7 @@ def test_progress_is_printed(tmp_path, capsys):
 
 
 def test_failure_writes_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr("robojoule.operations.generate.MOST_DRAWS", 1)
+    monkeypatch.setattr("reproduction.trees.generate.MOST_DRAWS", 1)
     with pytest.raises(InputError, match=r"generate_trees\.budget_rad: no collision-free point"):
         generate_trees(params(budget_rad=(50.0, 60.0)), Layout(tmp_path))
     assert not list(tmp_path.rglob("*"))

@@ -7,15 +7,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from robojoule.config import load_params
-from robojoule.dataset import motions_of_trees, motions_table, runs_table
+from reproduction.config import load_params
+from reproduction.motions.tables import motions_of_trees, motions_table, runs_table
+from reproduction.predictors.measurements import read_measurements
+from reproduction.tracking.store import Recorder, store_uri
 from robojoule.errors import InputError
-from robojoule.predictor.measurements import read_measurements
+from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from robojoule.simulation import MotionPaths
 from stages._profile_predictor import REGISTERED, read_measured, record_profile_predictor, train_profile_predictor
-from stages._tracking import Recorder, store_uri
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
 

@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from robojoule.config import Params
+from reproduction.config import Params
 from robojoule.errors import InputError
 from stages.generate_trees import generate_trees
 from stages.layout import Layout

@@ -13,10 +13,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from robojoule import predictor
-from robojoule.config import Params, load_params
+from reproduction.config import Params, load_params
+from reproduction.predictors.archive import load
+from reproduction.predictors.estimators import MODELS
+from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
+from reproduction.tables import columns
+from reproduction.tracking import store as _tracking
 from robojoule.errors import InputError
-from stages import _tracking
 from stages.build_features import build_features
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
@@ -25,7 +28,7 @@ from stages.train_predictors import fit_models, train_predictors, write_tables
 
 ROOT = Path(__file__).parents[2]
 PROFILES = "robojoule_predicted"
-EVERY_MODEL = (*predictor.MODELS, PROFILES)
+EVERY_MODEL = (*MODELS, PROFILES)
 OUTPUTS = (
     "models/random_forest.npz",
     "models/random_forest.json",
@@ -82,8 +85,8 @@ def split_of(layout: Layout) -> tuple[pa.Table, np.ndarray]:
 def test_predicts_held_out_motions_only(trained: Layout) -> None:
     features, splits = split_of(trained)
     rows = pq.read_table(trained.predictions)
-    expected = ["motion_id", "tree_id", "split", "model", *predictor.TARGETS]
-    assert rows.column_names == [*expected, *(f"{name}_measured" for name in predictor.TARGETS), "saving_outlier"]
+    expected = ["motion_id", "tree_id", "split", "model", *TARGETS]
+    assert rows.column_names == [*expected, *(f"{name}_measured" for name in TARGETS), "saving_outlier"]
     held_out = features["motion_id"].to_numpy()[splits != "train"].tolist()
     for model in EVERY_MODEL:
         assert rows.filter(pa.compute.field("model") == model)["motion_id"].to_pylist() == held_out
@@ -95,12 +98,12 @@ def test_predictions_are_those_of_the_exported_models(trained: Layout) -> None:
     features, splits = split_of(trained)
     part = features.filter(pa.array(splits != "train"))
     rows = pq.read_table(trained.predictions)
-    for model in predictor.MODELS:
-        loaded = predictor.load(trained.models_dir / model)
-        raw = loaded.predict(predictor.columns(part, predictor.input_names()))
+    for model in MODELS:
+        loaded = load(trained.models_dir / model)
+        raw = loaded.predict(columns(part, input_names()))
         bounds = (part[f"duration_{end}_s"].to_numpy() for end in ("fastest", "slowest"))
-        stored = predictor.columns(rows.filter(pa.compute.field("model") == model), predictor.TARGETS)
-        assert (stored == predictor.bounded(raw, *bounds)).all()
+        stored = columns(rows.filter(pa.compute.field("model") == model), TARGETS)
+        assert (stored == bounded(raw, *bounds)).all()
 
 
 def refit(trained: Layout, root: Path, features: pa.Table, runs: pa.Table) -> None:
@@ -116,7 +119,7 @@ def refit(trained: Layout, root: Path, features: pa.Table, runs: pa.Table) -> No
 def test_experiment_and_test_targets_do_not_reach_the_models(trained: Layout, tmp_path: Path) -> None:
     """The same motions with other energies on every held-out motion give the same models."""
     features, splits = split_of(trained)
-    for name in predictor.TARGETS:
+    for name in TARGETS:
         values = features[name].to_numpy().copy()
         values[splits != "train"] *= 3
         features = features.set_column(features.column_names.index(name), name, pa.array(values))
@@ -141,15 +144,15 @@ def test_the_profile_predictor_beats_the_models_of_three_numbers(trained: Layout
     features, _ = split_of(trained)
     rows = pq.read_table(trained.predictions).filter(pa.compute.field("model") == PROFILES)
     places = np.searchsorted(features["motion_id"].to_numpy(), rows["motion_id"].to_numpy())
-    for target in predictor.TARGETS:
+    for target in TARGETS:
         np.testing.assert_allclose(rows[f"{target}_measured"], features[target].to_numpy()[places], atol=1e-9)
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
     # Nominally 90 % of the runs; few trees calibrate it here.
     assert 60.0 < metrics["interval"][PROFILES]["coverage_percent"] <= 100.0
     assert metrics["interval"][PROFILES]["half_width_percent"] < 1.0
-    for target in predictor.TARGETS:
+    for target in TARGETS:
         ours = metrics[target][PROFILES]["abs_mean"]
-        assert ours < min(metrics[target][model]["abs_mean"] for model in predictor.MODELS)
+        assert ours < min(metrics[target][model]["abs_mean"] for model in MODELS)
 
 
 def test_table_5_1_follows_from_the_predictions(trained: Layout) -> None:
@@ -187,9 +190,9 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
     assert list(claims[0]) == ["claim", "thesis", "ours", "held"]
     assert {row["held"] for row in claims} <= {"true", "false"}
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
-    assert set(metrics) == {*predictor.TARGETS, "suitability", "interval"}
+    assert set(metrics) == {*TARGETS, "suitability", "interval"}
     assert set(metrics["interval"]) == {PROFILES}
-    for target in predictor.TARGETS:
+    for target in TARGETS:
         assert set(metrics[target]) == set(EVERY_MODEL)
         assert metrics[target]["random_forest"]["rel_p50_percent"] >= 0
 
@@ -200,7 +203,7 @@ def test_trainings_are_recorded(trained: Layout, monkeypatch: pytest.MonkeyPatch
 
     client = mlflow.MlflowClient(tracking_uri=_tracking.store_uri(trained))
     data = _tracking.data_hash(trained.features)
-    for model in predictor.MODELS:
+    for model in MODELS:
         found = _tracking.find_run(trained, model, data, _tracking.config_hash(params()))
         assert found is not None
         run = client.get_run(found.run_id)
@@ -234,16 +237,16 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
 
     mlflow.set_tracking_uri(_tracking.store_uri(trained))
     features, splits = split_of(trained)
-    frame = features.filter(pa.array(splits == "test")).select(predictor.input_names()).to_pandas()
-    for model in predictor.MODELS:
+    frame = features.filter(pa.array(splits == "test")).select(input_names()).to_pandas()
+    for model in MODELS:
         name = f"robojoule_{model}"
         newest = max(int(found.version) for found in mlflow.MlflowClient().search_model_versions(f"name = '{name}'"))
         version = mlflow.MlflowClient().get_model_version(name, str(newest))
         assert version.tags["beats_baseline"] in ("true", "false")
         served = mlflow.pyfunc.load_model(f"models:/{name}/{version.version}")
-        assert [column.name for column in served.metadata.signature.inputs] == list(predictor.input_names())
+        assert [column.name for column in served.metadata.signature.inputs] == list(input_names())
         assert served.metadata.saved_input_example_info is not None
-        loaded = predictor.load(trained.models_dir / model)
+        loaded = load(trained.models_dir / model)
         np.testing.assert_allclose(served.predict(frame), loaded.predict(frame.to_numpy()), rtol=1e-11, atol=1e-9)
         assert ("champion" in version.aliases) == (version.tags["beats_baseline"] == "true")
     champion = mlflow.MlflowClient().get_model_version_by_alias("robojoule_neural_network", "champion")

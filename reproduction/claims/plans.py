@@ -1,0 +1,181 @@
+"""The thesis's claims about plans (chapter 6), held against our results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reproduction.experiment.experiment import Variant
+from reproduction.experiment.gaps import Row
+from reproduction.experiment.results import ExperimentResults
+from reproduction.methods.methods import PREDICTOR_RUNS, PROFILING_RUNS, profiling_speed_limits
+from robojoule.arrays import Array
+from robojoule.planning.batch import TreeBatch
+
+PREDICTED = Variant("predicted_three_segment")
+SLOWED = 1.01  # a motion counts as slowed beyond this multiple of its least duration
+# Thesis Table 6.1: saving with the polynomial and with the predicted profiles. [%]
+THESIS_SAVINGS = {
+    (110.0, 4): (13.37, 17.42),
+    (121.0, 4): (24.14, 28.19),
+    (133.0, 4): (32.76, 34.10),
+    (150.0, 4): (35.89, 35.81),
+    (175.0, 4): (43.06, 41.04),
+    (200.0, 4): (49.64, 47.17),
+    (110.0, 6): (12.75, 17.62),
+    (121.0, 6): (25.93, 32.36),
+    (133.0, 6): (37.26, 38.07),
+}
+RANGE_TOLERANCE = 5.0  # percentage points by which our range of savings may miss the thesis's
+
+
+def claim_rows(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
+    """Claims with the thesis's figures, ours, and whether they hold; those without data are left out."""
+    rows = _order_of_methods(results) + _more_segments(results) + _range(results)
+    if results.variants().count(PREDICTED) and _krc_segments(results):
+        segments = min(_krc_segments(results))
+        rows += _spread(results, segments) + _waits(results, batch, segments)
+    return rows + _profiling(results, batch)
+
+
+def _row(claim: str, thesis: str, ours: str, held: bool) -> Row:
+    return {"claim": claim, "thesis": thesis, "ours": ours, "held": "true" if held else "false"}
+
+
+def _krc_segments(results: ExperimentResults) -> list[int]:
+    return [variant.krc_segments for variant in results.quoted() if variant.krc_segments is not None]
+
+
+def _order_of_methods(results: ExperimentResults) -> list[Row]:
+    rows = []
+    for (relaxation, segments), (krc, predicted) in THESIS_SAVINGS.items():
+        if relaxation not in results.relaxations() or segments not in _krc_segments(results):
+            continue
+        ours = results.savings_percent(PREDICTED, relaxation).mean(), _krc_saving(results, segments, relaxation)
+        above = predicted > krc
+        rows.append(
+            _row(
+                f"at {relaxation:g} % the predicted profiles save {'more' if above else 'less'} than the polynomial "
+                f"ones with {segments} segments",
+                f"{predicted:.2f} % against {krc:.2f} %",
+                f"{ours[0]:.2f} % against {ours[1]:.2f} %",
+                bool((ours[0] > ours[1]) == above),
+            )
+        )
+    return rows
+
+
+def _krc_saving(results: ExperimentResults, segments: int, relaxation: float) -> float:
+    return float(results.savings_percent(results.krc(segments), relaxation).mean())
+
+
+def _more_segments(results: ExperimentResults) -> list[Row]:
+    if not {4, 6} <= set(_krc_segments(results)):
+        return []
+    rows = []
+    for relaxation in results.relaxations():
+        if (relaxation, 6) not in THESIS_SAVINGS:
+            continue
+        ours = [_krc_saving(results, segments, relaxation) for segments in (4, 6)]
+        thesis = [THESIS_SAVINGS[relaxation, segments][0] for segments in (4, 6)]
+        rows.append(
+            _row(
+                f"at {relaxation:g} % six segments of the polynomial profile save more than four",
+                f"{thesis[1]:.2f} % against {thesis[0]:.2f} % (other trees)",
+                f"{ours[1]:.2f} % against {ours[0]:.2f} % (the same trees)",
+                ours[1] > ours[0],
+            )
+        )
+    return rows
+
+
+def _range(results: ExperimentResults) -> list[Row]:
+    savings = []
+    for relaxation, segments in THESIS_SAVINGS:
+        if relaxation in results.relaxations() and segments in _krc_segments(results):
+            for variant in (PREDICTED, results.krc(segments)):
+                published = results.published_savings_percent(variant, relaxation)
+                if published is not None:
+                    savings.append(float(published.mean()))
+    if not savings:
+        return []
+    low, high = min(savings), max(savings)
+    held = abs(low - 13.0) <= RANGE_TOLERANCE and abs(high - 50.0) <= RANGE_TOLERANCE
+    return [
+        _row(
+            f"average savings range from 13 % to 50 % (published convention, ends within {RANGE_TOLERANCE:g} points)",
+            "12.75 % to 49.64 %",
+            f"{low:.2f} % to {high:.2f} %",
+            held,
+        )
+    ]
+
+
+def _spread(results: ExperimentResults, segments: int) -> list[Row]:
+    relaxation = min(results.relaxations())
+
+    def slowed(variant: Variant) -> float:
+        fastest = {cycle.tree: cycle.run.durations_s for cycle in results.of(Variant("unoptimized"), relaxation)}
+        cycles = results.of(variant, relaxation)
+        return float(np.mean([(c.run.durations_s > SLOWED * fastest[c.tree]).sum() for c in cycles]))
+
+    ours = slowed(PREDICTED), slowed(results.krc(segments))
+    return [
+        _row(
+            f"at {relaxation:g} % the predicted profiles slow down more motions than the polynomial ones",
+            "11 of 11 against 6 of 11 motions (Figure 6.2, one tree)",
+            f"{ours[0]:.1f} against {ours[1]:.1f} motions of a tree on average",
+            ours[0] > ours[1],
+        )
+    ]
+
+
+def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[Row]:
+    relaxation = max(results.relaxations())
+
+    def mid_cycle(variant: Variant) -> float:
+        return float(
+            np.mean(
+                [_mid_cycle_wait_s(c.run.prior_waits_s, c.run.post_waits_s) for c in results.of(variant, relaxation)]
+            )
+        )
+
+    ours = mid_cycle(PREDICTED), mid_cycle(results.krc(segments))
+    return [
+        _row(
+            f"at {relaxation:g} % the predicted profiles insert longer waits in the middle of the cycle",
+            "about 2 s against none; less than 1 s at the beginning (Figure 6.3, one tree)",
+            f"{ours[0]:.2f} s against {ours[1]:.2f} s away from HOME on average",
+            ours[0] > ours[1],
+        )
+    ]
+
+
+def _mid_cycle_wait_s(prior_s: Array, post_s: Array) -> float:
+    """Waits neither before the first nor after the last motion. [s]"""
+    return float(prior_s[1:].sum() + post_s[:-1].sum())
+
+
+def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
+    rows = []
+    if _krc_segments(results):
+        speed, duration = (results.spacing_saving_percent(spacing) for spacing in ("speed", "duration"))
+        rows.append(
+            _row(
+                "the polynomial is fitted to five runs whose spacing matters little (below one percentage point)",
+                "spacing not stated",
+                f"mean saving {speed:.2f} % equidistant in speed, {duration:.2f} % in duration; quoted: "
+                f"{results.quoted_spacing()}",
+                abs(speed - duration) < 1.0,
+            )
+        )
+    five = float(batch.paths.durations(profiling_speed_limits(batch, "speed")).sum())
+    two = float((batch.d_min_s + batch.d_max_s).sum())
+    rows.append(
+        _row(
+            "two profiling runs instead of five nearly halve the time for obtaining profiles",
+            "2 against 5 runs, nearly half the time",
+            f"{PREDICTOR_RUNS} against {PROFILING_RUNS} runs, {100.0 * two / five:.0f} % of the simulated motion time",
+            two / five < 0.65,
+        )
+    )
+    return rows

@@ -1,0 +1,1 @@
+"""The plan experiment (thesis chapter 6)."""

@@ -1,0 +1,1 @@
+"""Planning methods that are compared, one file a baseline."""

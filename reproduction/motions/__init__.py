@@ -1,0 +1,1 @@
+"""Simulated motions as tables and in shards."""

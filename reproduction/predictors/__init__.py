@@ -1,0 +1,1 @@
+"""Predictors of the thesis (chapter 5) and their training."""

@@ -1,0 +1,108 @@
+"""Measured motions from the tables `motions.parquet` and `runs.parquet`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from reproduction.tables import columns, read_table
+from robojoule.arrays import Array
+from robojoule.errors import InputError
+from robojoule.motion.simulation import MotionPaths
+from robojoule.profile.predicted import Measurements
+from robojoule.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class MeasuredTable:
+    """Measured motions and which they are.
+
+    Attributes:
+        motion_id: Shape (M,).
+        tree_id: M names of trees.
+        measurements: Energies and idle powers.
+    """
+
+    motion_id: NDArray[np.int64]
+    tree_id: tuple[str, ...]
+    measurements: Measurements
+
+
+def read_measurements(
+    robot: Robot, motions: str | Path, runs: str | Path, split: str, most_trees: int | None = None
+) -> MeasuredTable:
+    """Read the measured motions of one split.
+
+    Args:
+        robot: Nominal entry with the payload that was carried.
+        motions: Motions, one row a motion.
+        runs: Runs, one row a motion and speed limit.
+        split: train, test or experiment.
+        most_trees: Only so many trees, spread evenly over those of the split.
+
+    Raises:
+        InputError: A file is missing or cannot be read, there is no such motion, or a run is missing.
+    """
+    motions, runs = Path(motions), Path(runs)
+    ends = [[f"{side}_q{j + 1}_rad" for j in range(robot.joint_count)] for side in ("start", "end")]
+    idle = ["idle_power_start_w", "idle_power_end_w"]
+    table = read_table(
+        motions,
+        "simulate_motions",
+        numbers=["motion_id", *ends[0], *ends[1], *idle],
+        texts=["tree_id", "split"],
+        filters=[("split", "==", split)],
+    ).sort_by("motion_id")
+    names = sorted(set(table["tree_id"].to_pylist()))
+    if not names:
+        raise InputError(f"there is no motion of the split '{split}'", file=motions, key="split")
+    if most_trees is not None and len(names) > most_trees:
+        names = [names[place] for place in (np.arange(most_trees) * len(names) // most_trees).tolist()]
+        table = table.filter(pa.array([tree in set(names) for tree in table["tree_id"].to_pylist()]))
+    ids = table["motion_id"].to_numpy().astype(np.int64)
+    start, end = (columns(table, of_end, motions) for of_end in ends)
+    limits, _, energies = read_runs(runs, ids)
+    trees = table["tree_id"].to_pylist()
+    number = {name: place for place, name in enumerate(names)}
+    return MeasuredTable(
+        ids,
+        tuple(trees),
+        Measurements(
+            MotionPaths(robot, start, end),
+            np.broadcast_to(limits, energies.shape).copy(),
+            energies,
+            columns(table, idle, motions),
+            np.array([number[tree] for tree in trees], dtype=np.intp),
+        ),
+    )
+
+
+def read_runs(path: Path, motion_id: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Measured runs of some motions.
+
+    Args:
+        path: Runs, one row a motion and speed limit.
+        motion_id: Which motions, shape (M,).
+
+    Returns:
+        Speed limits, rising fractions, shape (S,) [-]; durations [s] and energies [J], shape (M, S).
+
+    Raises:
+        InputError: The file is missing or cannot be read, or there is not one run for each motion and speed limit.
+    """
+    names = ["motion_id", "speed_limit_percent", "duration_s", "energy_j"]
+    wanted = [("motion_id", "in", motion_id.tolist())]
+    table = read_table(path, "simulate_motions", numbers=names, filters=wanted)
+    found, percent, duration, energy = columns(table, names, path).T
+    limits = np.unique(percent)
+    order = np.lexsort((percent, found))
+    rows = len(motion_id), len(limits)
+    pairs = np.repeat(np.sort(motion_id), rows[1]), np.tile(limits, rows[0])
+    if not len(table) or not np.array_equal([found[order], percent[order]], pairs):
+        raise InputError("there is not one run for each motion and speed limit", file=path, key="motion_id")
+    place = np.argsort(np.argsort(motion_id))
+    return limits / 100.0, duration[order].reshape(rows)[place], energy[order].reshape(rows)[place]

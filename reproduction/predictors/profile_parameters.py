@@ -1,0 +1,66 @@
+"""What the predictors read and what they predict: names, order, and the arrays behind them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robojoule.arrays import Array
+
+TARGETS = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
+"""Parameters of the energy profile: saving [J] at the optimum against full speed, optimal duration [s], penalty [J] of
+the slowest speed limit against the optimum."""
+
+_PLACE = ("vertical_distance_m", "horizontal_distance_m", "rotation_angle_rad")
+_JOINT = (
+    "angle_difference_rad",
+    "speed_difference_rad_s",
+    "acceleration_difference_rad_s2",
+    "deceleration_difference_rad_s2",
+    "jerk_acceleration_difference_rad_s3",
+    "jerk_deceleration_difference_rad_s3",
+)
+
+
+def input_names(joint_count: int = 6) -> tuple[str, ...]:
+    """Names of the inputs, in order (thesis 5.2): distances, rotation, then angle and dynamic differences by joint.
+
+    Args:
+        joint_count: Number of joints n.
+
+    Returns:
+        3 + 6 n column names of the features table.
+    """
+    return _PLACE + tuple(f"j{joint}_{name}" for joint in range(1, joint_count + 1) for name in _JOINT)
+
+
+def bounded(predictions: Array, duration_fastest_s: Array, duration_slowest_s: Array) -> Array:
+    """Predictions moved into what is possible: no negative saving or penalty, a duration that the motion can take.
+
+    Durations are the trajectory's own and known without a simulation of energy.
+
+    Args:
+        predictions: Columns in the order of `TARGETS`, shape (N, 3).
+        duration_fastest_s: Durations at full speed, shape (N,). [s]
+        duration_slowest_s: Durations at the slowest speed limit, shape (N,). [s]
+
+    Returns:
+        Possible values, shape (N, 3).
+    """
+    result = np.maximum(predictions, 0.0)
+    result[:, 1] = np.clip(predictions[:, 1], duration_fastest_s, duration_slowest_s)
+    return result
+
+
+def steepness(profile_parameters: Array, duration_fastest_s: Array) -> Array:
+    """Energy saved per second of slowing down (Eq. 4.1); 0 where nothing is saved or no time is lost.
+
+    Args:
+        profile_parameters: Columns in the order of `TARGETS`, shape (N, 3).
+        duration_fastest_s: Durations at full speed, shape (N,). [s]
+
+    Returns:
+        Steepness, shape (N,). [J/s]
+    """
+    saving, delay = profile_parameters[:, 0], profile_parameters[:, 1] - duration_fastest_s
+    worth = (saving > 0) & (delay > 0)
+    return np.where(worth, saving, 0.0) / np.where(worth, delay, 1.0)

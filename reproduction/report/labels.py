@@ -1,0 +1,85 @@
+"""Names for people: methods, features, targets, energy parts."""
+
+from __future__ import annotations
+
+import re
+
+METHODS = {
+    "unoptimized": "unoptimised",
+    "uniform": "uniform speed limit",
+    "greedy": "greedy by steepness",
+    "krc_polynomial": "KRC polynomial",
+    "predicted_three_segment": "predicted, three segments",
+    "robojoule_predicted": "robojoule, predicted",
+    "robojoule_simulated": "robojoule, simulated",
+    "optimum": "proven optimum",
+}
+
+# What only the studies compare.
+CASES = {
+    "robojoule_predicted_cautious": "robojoule, predicted, cautious",
+    "nominal_physics": "nominal physics",
+    "oracle": "oracle without a thermometer",
+    "five_runs": "polynomial through five runs, six chords",
+    "three_segments": "three segments",
+    "dense": "as many pieces as it takes",
+    "constant": "constant, that at HOME",
+    "slope": "slope of the three segments",
+    "configuration": "by configuration",
+    "mean": "mean of the training motions",
+    "random_forest": "random forest (thesis)",
+}
+
+TARGETS = {
+    "energy_saving_j": ("energy saving", "J"),
+    "optimal_duration_s": ("optimal duration", "s"),
+    "energy_penalty_j": ("energy penalty at the lowest speed limit", "J"),
+}
+
+MODELS = {
+    "random_forest": "random forest",
+    "neural_network": "neural network",
+    "robojoule_predicted": "physics-informed",
+}
+
+_SHORT = {
+    "optimal_speed_limit_percent": "optimal speed limit",
+    "optimal_duration_s": "optimal duration",
+    "energy_saving_j": "energy saving",
+    "energy_penalty_j": "energy penalty",
+    "duration_slowest_s": "duration slowest",
+    "duration_fastest_s": "duration fastest",
+    "duration_penalty_s": "duration penalty",
+    "steepness_j_per_s": "steepness",
+    "theta_sum_rad": "theta sum",
+    "rotation_angle_rad": "rotation angle",
+    "euclidean_distance_m": "Euclidean distance",
+    "vertical_distance_m": "vertical distance",
+    "horizontal_distance_m": "horizontal distance",
+}
+
+
+def method_label(method: str, krc_segments: str | int | float | None = None) -> str:
+    """Name of a method, with its number of linear segments where it has one."""
+    label = METHODS.get(method, method.replace("_", " "))
+    return f"{label}, {int(float(krc_segments))} segments" if krc_segments not in (None, "") else label
+
+
+def key_label(key: str) -> str:
+    """Name of a method, or of a case of a study, by its key in tables: `krc_polynomial_6`, `robojoule_predicted_50`."""
+    counted = re.fullmatch(r"(krc_polynomial|robojoule_predicted)_(\d+)", key)
+    if not counted:
+        return METHODS.get(key) or CASES.get(key, key.replace("_", " "))
+    if counted[1] == "krc_polynomial":
+        return method_label(counted[1], counted[2])
+    return f"{METHODS[counted[1]]}, {counted[2]} motions measured"
+
+
+def feature_label(feature: str) -> str:
+    """Short name of a feature's column."""
+    if feature in _SHORT:
+        return _SHORT[feature]
+    joint = re.fullmatch(r"(j\d+)_(.*?)_difference_rad\w*", feature)
+    if not joint:
+        return feature.replace("_", " ")
+    return f"{joint[1]} {joint[2].replace('_', ' ')}"

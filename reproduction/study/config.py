@@ -1,0 +1,89 @@
+"""Parameters of the studies (`studies/params.yaml`)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from reproduction.study.plant import PlantParams
+from robojoule.documents import Document, load
+
+Count = Annotated[int, Field(ge=1)]
+Percent = Annotated[float, Field(gt=0, le=100)]
+Kilograms = Annotated[float, Field(ge=0)]
+
+
+class StudyMotionsParams(Document):
+    """Trees, runs and cycle times of every study."""
+
+    seed: int = Field(ge=0)
+    points: int = Field(ge=1, le=20, description="Random points a tree.")
+    budget_rad: tuple[float, float] = Field(description="Smallest and largest budget of joint changes. [rad]")
+    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of measured runs.")
+    runs_per_motion: int = Field(ge=2, description="Measured runs a motion that the physics-informed model reads.")
+    predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
+    dense_speed_limits: int = Field(ge=30, description="Speed limits of the true profiles before refinement.")
+    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _rising(self) -> StudyMotionsParams:
+        limits = self.speed_limits_percent
+        if any(b <= a for a, b in pairwise(limits)) or limits[-1] != 100:
+            raise ValueError("motions.speed_limits_percent must rise strictly and end at 100")
+        if not 0 < self.budget_rad[0] <= self.budget_rad[1]:
+            raise ValueError("motions.budget_rad must be two positive numbers in rising order")
+        return self
+
+
+class ComparePredictorsParams(Document):
+    """Nested cross-validation by tree of all predictors."""
+
+    robot: str
+    payload_kg: Kilograms
+    trees: int = Field(ge=10)
+    outer_folds: int = Field(ge=2)
+    inner_folds: int = Field(ge=2)
+    shallow_samples: int = Field(ge=50, lt=800, description="Training samples of the shallow network.")
+
+
+class EvaluateMotionsParams(Document):
+    """Regime (a), same robot, new motions, and regime (b), a payload never trained on."""
+
+    robot: str
+    payloads_kg: list[Kilograms] = Field(min_length=2)
+    training_trees: Count
+    test_trees: Count
+    unseen_payloads_kg: list[Kilograms] = Field(min_length=2)
+    unseen_training_trees: Count
+    unseen_test_trees: Count
+
+
+class EvaluateRobotsParams(Document):
+    """Regime (c): leave one robot out over the catalog."""
+
+    payload_share: float = Field(gt=0, le=1, description="Payload over the rated one. [-]")
+    training_trees: Count
+    test_trees: Count
+    measured_motions: list[Annotated[int, Field(ge=0)]] = Field(min_length=1)
+
+
+class StudyParams(Document):
+    """All parameters of the studies."""
+
+    plant: PlantParams
+    motions: StudyMotionsParams
+    compare_predictors: ComparePredictorsParams
+    evaluate_motions: EvaluateMotionsParams
+    evaluate_robots: EvaluateRobotsParams
+
+
+def load_study_params(path: str | Path = "studies/params.yaml") -> StudyParams:
+    """Read and validate the parameters of the studies.
+
+    Raises:
+        InputError: Unknown, missing or out-of-range key; unreadable file.
+    """
+    return load(StudyParams, path)

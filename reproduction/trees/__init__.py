@@ -1,0 +1,1 @@
+"""Random operation trees (thesis chapter 4)."""

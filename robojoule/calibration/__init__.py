@@ -1,0 +1,1 @@
+"""Figures of a machine from its own data: measured logs and measured runs."""

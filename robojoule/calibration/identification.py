@@ -1,0 +1,332 @@
+"""Identify a robot's drives from a log: fit, judge on held-out motions, write a robot file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from robojoule.arrays import Array, Mask
+from robojoule.calibration.log import MeasuredLog
+from robojoule.calibration.log_fit import Solution, solve
+from robojoule.calibration.log_model import SCALARS, ParameterSpace, evaluate, parameter_space
+from robojoule.calibration.signals import WINDOW_S, Signals, prepare
+from robojoule.documents import parse
+from robojoule.errors import InputError
+from robojoule.robots.robot import Robot
+from robojoule.robots.robot_file import RobotFile
+
+UNITS = {
+    "base_power_w": "W",
+    "drive_active_power_w": "W",
+    "inverter_efficiency": "1",
+    "regeneration_efficiency": "1",
+    "coulomb_nm": "Nm",
+    "viscous_nm_s_per_rad": "Nm s/rad",
+    "copper_w_per_nm2": "W/Nm2",
+}
+WRONG_UNIT_RATIO = 30.0  # measured over expected power beyond which the unit must be wrong
+WRONG_TORQUE_RATIO = 5.0
+IMPOSSIBLE_LOAD_RATIO = 2.5  # torque over effort limit; noise and wrong inertias stay well below
+_SIGNIFICANT_DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of the drives.
+
+    Attributes:
+        name: Key in the robot file's `drives` section.
+        unit: Its unit.
+        value: Estimate, or the catalog's value where the log does not determine it.
+        standard_error: Standard error of the estimate; None if the catalog's value was kept.
+        inertia_error: How far the estimate may be off because each body's inertia is known to 5 % only; None if the
+            catalog's value was kept.
+        catalog_value: The catalog's value.
+        identified: Whether the log determines it.
+        confounded_with: If not: the parameters from which the log cannot tell it (empty: too little depends on it).
+        at_bound: Whether the estimate lies at a physical bound.
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_error: float | None
+    inertia_error: float | None
+    catalog_value: float
+    identified: bool
+    confounded_with: tuple[str, ...]
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class Score:
+    """Agreement of measured and modelled power over windows of a part of the log.
+
+    Attributes:
+        motions: Number of blocks (motions with their rests).
+        duration_s: Their length. [s]
+        r2: Coefficient of determination of the windows' mean power. [-]
+        rmse_w: Root mean square error of the windows' mean power. [W]
+        rmse_percent: The same over the mean power. [%]
+        energy_error_percent: Error of the summed energy. [%]
+        motion_energy_error_percent: Mean absolute error of the blocks' energies. [%]
+    """
+
+    motions: int
+    duration_s: float
+    r2: float
+    rmse_w: float
+    rmse_percent: float
+    energy_error_percent: float
+    motion_energy_error_percent: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What a log tells about a robot's drives.
+
+    Attributes:
+        robot: Robot that the fit started from.
+        source: The log.
+        parameters: All parameters.
+        training: Score on the windows that were fitted.
+        held_out: Score on the windows that took no part.
+        held_out_catalog: The same with the catalog's parameters, for comparison.
+        braking_share: Share of time in which the bus had a surplus. [-]
+        smoothing_s: Length over which positions were differentiated. [s]
+        with_torque: Whether measured torques were used.
+        window_time_s: Middle of each window, shape (W,). [s]
+        measured_w: Measured mean power of each window, shape (W,). [W]
+        modelled_w: Modelled mean power of each window, shape (W,). [W]
+        window_held_out: Which windows took no part in the fit, shape (W,).
+    """
+
+    robot: Robot
+    source: str
+    parameters: tuple[Parameter, ...]
+    training: Score
+    held_out: Score
+    held_out_catalog: Score
+    braking_share: float
+    smoothing_s: float
+    with_torque: bool
+    window_time_s: Array
+    measured_w: Array
+    modelled_w: Array
+    window_held_out: Mask
+
+    @property
+    def unidentified(self) -> tuple[Parameter, ...]:
+        """Parameters that keep the catalog's value."""
+        return tuple(parameter for parameter in self.parameters if not parameter.identified)
+
+    def robot_file(self, name: str | None = None) -> RobotFile:
+        """The robot file with the identified drives.
+
+        Args:
+            name: Name of the new entry (default: the robot's name with `_identified`).
+        """
+        data = self.robot.file.model_dump(mode="json")
+        data["name"] = name if name is not None else f"{self.robot.name}_identified"
+        drives = data["drives"]
+        drives["provenance"] = self.provenance()
+        data["provenance"]["drives"] = {
+            "kind": "identified",
+            "note": f"from the log {Path(self.source).name}; see drives.provenance",
+        }
+        for parameter in self.parameters:
+            target = drives
+            *path, key = _key(parameter.name, self.robot)
+            for part in path:
+                target = target[part]
+            if parameter.identified:  # the others keep the file's figure to the last digit
+                target[key] = float(f"{parameter.value:.{_SIGNIFICANT_DIGITS}g}")
+        return parse(RobotFile, data, f"identified {self.robot.name}")
+
+    def provenance(self) -> str:
+        """One sentence on where the figures come from."""
+        kept = ", ".join(parameter.name for parameter in self.unidentified) or "none"
+        motions = self.training.motions + self.held_out.motions
+        duration = self.training.duration_s + self.held_out.duration_s
+        score = self.held_out
+        return (
+            f"identified from the log {Path(self.source).name} ({duration:.1f} s, {motions} motions) by robust least "
+            f"squares on the energy model; on {score.motions} held-out motions RMSE {score.rmse_percent:.2f} % of mean "
+            f"power, R2 {score.r2:.4f}. Taken as given: link and rotor inertia, gear ratios, limits "
+            f"and timing of {self.robot.name}, and what the log does not determine: {kept}. "
+            f"Before: {self.robot.file.drives.provenance}"
+        )
+
+
+def identify(
+    log: MeasuredLog, robot: Robot, *, smoothing_s: float | None = None, window_s: float = WINDOW_S
+) -> Identification:
+    """Estimate friction, copper loss, base and active power and the efficiencies of a robot's drives.
+
+    Args:
+        log: Checked log, see `read_log`.
+        robot: The robot with its payload; its link inertias, gear ratios and rotor inertias are taken as given.
+        smoothing_s: Length of the stretch over which positions are differentiated; chosen from their noise if not
+            given. [s]
+        window_s: Length over which power is averaged. [s]
+
+    Raises:
+        InputError: The log is too short or contradicts itself; positions jump; power, positions, velocities or torques
+            are saturated or in a wrong unit.
+    """
+    signals = prepare(log, robot, smoothing_s, window_s)
+    _check_load(log, signals, robot)
+    space = parameter_space(robot)
+    start = np.clip(space.start, space.lower, space.upper)
+    _check_power(log, signals, evaluate(space, signals, start).power_w)
+    _check_torque(log, signals, evaluate(space, signals, start).torque_nm)
+    solution = solve(space, signals)
+    final = evaluate(space, signals, solution.theta)  # with modelled torques, as everybody else will use it
+    catalog = evaluate(space, signals, start)
+    measured = signals.average(signals.power_w)
+    held_out = signals.held_out
+    return Identification(
+        robot=robot,
+        source=log.source,
+        parameters=tuple(_parameters(space, solution, robot)),
+        training=_score(signals, measured, final.window_power_w, ~held_out),
+        held_out=_score(signals, measured, final.window_power_w, held_out),
+        held_out_catalog=_score(signals, measured, catalog.window_power_w, held_out),
+        braking_share=float(signals.weight_s @ (final.bus_w < 0.0) / signals.weight_s.sum()),
+        smoothing_s=signals.smoothing_s,
+        with_torque=signals.torque_nm is not None,
+        window_time_s=signals.average(signals.time_s),
+        measured_w=measured,
+        modelled_w=final.window_power_w,
+        window_held_out=held_out,
+    )
+
+
+def _key(name: str, robot: Robot) -> tuple[str, ...]:
+    """Path of a parameter in the drives section; joint names may hold dots themselves."""
+    if name in SCALARS:
+        return (name,)
+    joint, key = name.removeprefix("joints.").rsplit(".", 1)
+    return ("joints", joint, key)
+
+
+def _parameters(space: ParameterSpace, solution: Solution, robot: Robot) -> list[Parameter]:
+    rows = []
+    for index, name in enumerate(space.names):
+        value, catalog = float(solution.theta[index]), float(space.start[index])
+        error, moved = float(solution.standard_error[index]), float(solution.inertia_error[index])
+        lower, upper = float(space.lower[index]), float(space.upper[index])
+        free = bool(solution.free[index])
+        if name == "inverter_efficiency":  # estimated as its reciprocal
+            error, moved = error / value**2, moved / value**2
+            value, catalog = 1.0 / value, robot.drives.inverter_efficiency
+            lower, upper = 1.0 / upper, 1.0 / lower
+        margin = 1e-6 * float(space.scale[index])
+        rows.append(
+            Parameter(
+                name=name,
+                unit=UNITS[name.rsplit(".", 1)[-1]],
+                value=value if free else catalog,
+                standard_error=error if free else None,
+                inertia_error=moved if free else None,
+                catalog_value=catalog,
+                identified=free,
+                confounded_with=solution.confounded.get(name, ()),
+                at_bound=free and (value <= lower + margin or value >= upper - margin),
+            )
+        )
+    return rows
+
+
+def _score(signals: Signals, measured: Array, modelled: Array, use: Mask) -> Score:
+    length, m, p = signals.window_s[use], measured[use], modelled[use]
+    total = float(length.sum())
+    mean = float(length @ m) / total
+    square = float(length @ (m - p) ** 2) / total
+    blocks = np.unique(signals.window_block[use], return_inverse=True)[1]
+    energy = np.bincount(blocks, length * m)
+    error = np.bincount(blocks, length * (p - m))
+    rmse = float(np.sqrt(square))
+    return Score(
+        motions=len(energy),
+        duration_s=total,
+        r2=1.0 - square / max(float(length @ (m - mean) ** 2) / total, 1e-12),
+        rmse_w=rmse,
+        rmse_percent=100.0 * rmse / mean,
+        energy_error_percent=100.0 * float(error.sum()) / float(energy.sum()),
+        motion_energy_error_percent=100.0 * float(np.mean(np.abs(error / energy))),
+    )
+
+
+def _check_load(log: MeasuredLog, signals: Signals, robot: Robot) -> None:
+    """Positions that jump, or stay at an end of the sensor's range, need torques that no drive has."""
+    ratio = np.abs(signals.load_nm) / robot.effort_nm
+    row, joint = (int(i) for i in np.unravel_index(np.argmax(ratio), ratio.shape))
+    if ratio[row, joint] > IMPOSSIBLE_LOAD_RATIO:
+        raise InputError(
+            f"the motion at t = {log.time_s[row]:.4f} s needs {ratio[row, joint]:.3g} times the effort limit of "
+            f"{robot.joint_names[joint]}: a position jumps or is saturated",
+            file=log.source,
+            key=f"q{joint + 1}_rad",
+            allowed=f"up to {IMPOSSIBLE_LOAD_RATIO:g} times the limit",
+        )
+
+
+def _check_power(log: MeasuredLog, signals: Signals, expected_w: Array) -> None:
+    """Unit and saturation of the measured power."""
+
+    def refuse(problem: str, allowed: str | None = None) -> None:
+        raise InputError(problem, file=log.source, key="power_w", allowed=allowed)
+
+    power = signals.power_w
+    if np.ptp(power) == 0.0:
+        refuse("the power never changes")
+    ratio = float(np.median(power)) / float(np.median(expected_w))
+    if ratio <= 0.0:
+        refuse("most of the power is zero or negative", "power drawn from the mains, positive [W]")
+    if not 1.0 / WRONG_UNIT_RATIO < ratio < WRONG_UNIT_RATIO:
+        hint = "; it looks like kilowatts" if 2e-4 < ratio < 5e-3 else ""
+        refuse(f"the power is {ratio:.3g} times what the catalog entry expects{hint}", "watts")
+    zeros = int(np.count_nonzero(power == 0.0))
+    if zeros > 3:
+        refuse(f"{zeros} samples are exactly zero: the meter dropped out", "no dropouts; cut the log there")
+    clipped = _clipped(power)
+    if clipped:
+        refuse(f"{clipped} samples stay at exactly {power.max():.6g} W, the largest value: the meter is saturated")
+
+
+def _check_torque(log: MeasuredLog, signals: Signals, expected_nm: Array) -> None:
+    """Unit, sign and saturation of measured torques."""
+    if signals.torque_nm is None:
+        return
+    for joint in range(expected_nm.shape[1]):
+        key, slides = f"q{joint + 1}_torque_nm", signals.direction[:, joint] != 0.0
+        if np.count_nonzero(slides) < 50:
+            continue
+        measured, expected = signals.torque_nm[slides, joint], expected_nm[slides, joint]
+        clipped = _clipped(np.abs(measured))
+        if clipped:
+            raise InputError(
+                f"{clipped} samples stay at exactly the largest value: the torque is saturated",
+                file=log.source,
+                key=key,
+            )
+        slope = float(measured @ expected) / max(float(expected @ expected), 1e-12)
+        if not 1.0 / WRONG_TORQUE_RATIO < slope < WRONG_TORQUE_RATIO:
+            raise InputError(
+                f"the torque is {slope:.3g} times what the robot's inertia and the catalog's friction expect",
+                file=log.source,
+                key=key,
+                allowed="Nm on the link side (motor torque times gear ratio), positive where it drives q upwards",
+            )
+
+
+def _clipped(values: Array) -> int:
+    """Number of samples in repeated stays of three or more at exactly the largest value."""
+    top = np.concatenate([[False], values == values.max(), [False]])
+    change = np.flatnonzero(top[1:] != top[:-1])
+    lengths = change[1::2] - change[::2]
+    stays = lengths[lengths >= 3]
+    return int(stays.sum()) if len(stays) >= 2 else 0

@@ -1,0 +1,125 @@
+"""Inertial figures of the moving bodies as a few unknowns: directions in which errors of the figures change torques.
+
+A body has ten parameters (mass, first moments, inertia about the joint's origin), most of which no torque reveals. The
+errors expected of published figures (relative errors of mass, centre and extent, see `InertiaErrors`) span a cloud of
+parameter vectors; of its principal axes, weighted by the torques that they change relative to the effort limits, the
+first few carry nearly all. Their coordinates are independent with variance 1 under the expected errors.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from robojoule.arrays import Array
+from robojoule.robots.drives import DriveParameters
+from robojoule.robots.robot import Robot
+
+_CONFIGURATIONS = 60
+_ERRORS = 240
+_SEED = 20240229
+
+
+@dataclass(frozen=True)
+class InertiaErrors:
+    """Relative errors of one body's figures.
+
+    Attributes:
+        mass: Of the mass. [-]
+        center: Of each coordinate of the centre of mass, shape (3,). [-]
+        extent: Of the mass's mean square extent along each axis, shape (3,). [-]
+    """
+
+    mass: float
+    center: Array
+    extent: Array
+
+    def applied(self, body: pin.Inertia) -> pin.Inertia:
+        """Body with these errors.
+
+        The second moments of the mass about its centre, S = tr(I)/2 1 - I, become D S D with a diagonal D: whatever
+        the errors, S stays positive semi-definite, so the body stays physical.
+        """
+        if body.mass <= 0.0:
+            return body
+        inertia = np.asarray(body.inertia)
+        moments = np.trace(inertia) / 2.0 * np.eye(3) - inertia
+        scale = np.sqrt((1.0 + self.mass) * (1.0 + self.extent))
+        moments = scale[:, None] * moments * scale
+        return pin.Inertia(
+            float(body.mass * (1.0 + self.mass)),
+            np.asarray(body.lever) * (1.0 + self.center),
+            np.trace(moments) * np.eye(3) - moments,
+        )
+
+
+def draw_errors(rng: np.random.Generator, spread: float) -> InertiaErrors:
+    """Draw errors uniformly within +-`spread`. [-]"""
+    values = rng.uniform(-spread, spread, 7)
+    return InertiaErrors(float(values[0]), values[1:4], values[4:7])
+
+
+def inertial_directions(robot: Robot, count: int, spread: float) -> Array:
+    """Directions of the bodies' parameters with unit variance under errors within +-`spread`.
+
+    Args:
+        robot: Nominal robot; what it carries plays no part.
+        count: Number of directions kept.
+        spread: Largest relative error. [-]
+
+    Returns:
+        Changes of the parameters of all bodies, one after another, shape (10 n, r), r <= count.
+    """
+    bare = Robot(robot.file)
+    model, joints = bare.model, bare.joint_count
+    rng = np.random.default_rng(_SEED)
+    bodies = [model.inertias[joint + 1] for joint in range(joints)]
+    clouds = []
+    for body in bodies:
+        nominal = body.toDynamicParameters()
+        clouds.append(
+            np.stack([draw_errors(rng, spread).applied(body).toDynamicParameters() - nominal for _ in range(_ERRORS)])
+        )
+    cloud = np.concatenate(clouds, axis=1)  # (errors, 10 n); bodies are independent
+    data = model.createData()
+    torques = []
+    for _ in range(_CONFIGURATIONS):
+        q = rng.uniform(np.maximum(bare.lower_rad, -np.pi), np.minimum(bare.upper_rad, np.pi))
+        v = rng.uniform(-0.5, 0.5, joints) * bare.velocity_rad_s
+        acceleration = rng.uniform(-1.0, 1.0, joints) * bare.velocity_rad_s / 0.2
+        for motion in ((0 * v, 0 * v), (v, 0 * v), (0 * v, acceleration)):
+            regressor = pin.computeJointTorqueRegressor(model, data, q, *motion)
+            torques.append(regressor / bare.effort_nm[:, None])
+    regressors = np.concatenate(torques)
+    covariance = np.zeros((10 * joints, 10 * joints))
+    for joint in range(joints):
+        block = slice(10 * joint, 10 * joint + 10)
+        covariance[block, block] = np.cov(cloud[:, block].T)
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    _, seen, axes = np.linalg.svd(regressors @ root, full_matrices=False)
+    kept = axes[: min(count, int((seen > 1e-9 * seen[0]).sum()))]
+    directions = root @ kept.T
+    largest = np.abs(directions).argmax(axis=0)
+    return np.asarray(directions * np.sign(directions[largest, np.arange(directions.shape[1])]))
+
+
+def robot_variant(robot: Robot, drives: DriveParameters, body_changes: Array | None = None) -> Robot:
+    """The robot with other drives and changed bodies, everything else shared.
+
+    Args:
+        robot: Robot with its payload.
+        drives: Its drives.
+        body_changes: Changes of the bodies' dynamic parameters, shape (10 n,); none if not given.
+    """
+    variant = copy.copy(robot)
+    variant.drives = drives
+    if body_changes is not None:
+        variant.model = robot.model.copy()
+        for joint, change in enumerate(np.asarray(body_changes, dtype=float).reshape(-1, 10), start=1):
+            parameters = robot.model.inertias[joint].toDynamicParameters() + change
+            variant.model.inertias[joint] = pin.Inertia.FromDynamicParameters(parameters)
+    return variant

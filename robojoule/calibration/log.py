@@ -1,0 +1,257 @@
+"""Measured logs: CSV or Parquet tables of time, joint positions and mains power, read and checked.
+
+Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `power_w`; optionally
+`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`, and
+`payload_kg`. Other columns are ignored, unless they look like a joint's.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robojoule.arrays import Array
+from robojoule.errors import InputError
+from robojoule.robots.robot import Robot
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+LIMIT_MARGIN_RAD = 0.02  # overshoot and calibration offsets of a real arm
+LARGEST_STEP_S = 0.02  # 50 Hz: a jerk phase of a fast arm must not fall between two samples
+GAP_STEPS, GAP_S = 5.0, 0.05
+_JOINT_COLUMN = re.compile(r"q(\d+)_(\w+)")
+_JOINT_QUANTITIES = ("rad", "deg", "velocity_rad_s", "torque_nm", "current_a")
+
+
+@dataclass(frozen=True)
+class MeasuredLog:
+    """One checked log, T instants, n joints.
+
+    Attributes:
+        source: File it was read from.
+        time_s: Instants, rising, not necessarily at equal steps, shape (T,). [s]
+        position_rad: Joint positions, shape (T, n). [rad]
+        power_w: Mains power, shape (T,). [W]
+        velocity_rad_s: Measured joint velocities, shape (T, n), if logged. [rad/s]
+        torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
+        payload_kg: Payload mass, shape (T,), if logged. [kg]
+    """
+
+    source: str
+    time_s: Array
+    position_rad: Array
+    power_w: Array
+    velocity_rad_s: Array | None = None
+    torque_nm: Array | None = None
+    payload_kg: Array | None = None
+
+
+def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None = None) -> MeasuredLog:
+    """Read and check a log.
+
+    Args:
+        path: CSV or Parquet file.
+        robot: The robot it was measured on.
+        torque_constants_nm_per_a: Motor torque over motor current, one a joint; needed if the log holds motor
+            currents instead of torques. [Nm/A]
+
+    Raises:
+        InputError: The file cannot be read; columns are missing, doubled or not numbers; cells are empty; time does
+            not rise, has gaps or is too coarse; positions or velocities are beyond the robot's limits.
+    """
+    table = _read_table(Path(path))
+    source, count = str(path), robot.joint_count
+    _check_columns(table, source, count)
+    time = _column(table, source, "time_s")
+    _check_time(time, source)
+    position = _positions(table, source, robot)
+    payload = _column(table, source, "payload_kg") if "payload_kg" in table.column_names else None
+    if payload is not None and payload.min() < 0.0:
+        raise InputError("a payload is negative", file=source, key="payload_kg", allowed="0 kg or more")
+    if payload is not None:
+        robot.file.check_payload(float(payload.max()), file=source, key="payload_kg")
+    log = MeasuredLog(
+        source=source,
+        time_s=time,
+        position_rad=position,
+        power_w=_column(table, source, "power_w"),
+        velocity_rad_s=_joint_columns(table, source, count, "velocity_rad_s"),
+        torque_nm=_torques(table, source, robot, torque_constants_nm_per_a),
+        payload_kg=payload,
+    )
+    _check_velocity(log, robot)
+    return log
+
+
+def _read_table(path: Path) -> pa.Table:
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".parquet"):
+        raise InputError(f"unknown file type '{suffix}'", file=path, allowed=".csv, .parquet")
+    try:
+        table = parquet.read_table(path) if suffix == ".parquet" else csv.read_csv(path)
+    except FileNotFoundError:
+        raise InputError("there is no such file", file=path) from None
+    except (OSError, pa.ArrowException) as error:
+        first = " ".join(str(error).split())
+        raise InputError(f"the log cannot be read ({first})", file=path) from None
+    if table.num_rows == 0:
+        raise InputError("the log has no rows", file=path)
+    return table
+
+
+def _check_columns(table: pa.Table, source: str, count: int) -> None:
+    names = table.column_names
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise InputError("this column appears twice", file=source, key=doubled[0])
+    for name in names:
+        match = _JOINT_COLUMN.fullmatch(name)
+        if match is None:
+            continue
+        if match[2] not in _JOINT_QUANTITIES:
+            allowed = ", ".join(f"q{match[1]}_{quantity}" for quantity in _JOINT_QUANTITIES)
+            raise InputError("unknown joint column", file=source, key=name, allowed=allowed)
+        if not 1 <= int(match[1]) <= count:
+            raise InputError(f"the robot has {count} joints only", file=source, key=name, allowed=f"q1 to q{count}")
+    for name in ("time_s", "power_w"):
+        if name not in names:
+            raise InputError("this column is missing", file=source, key=name)
+
+
+def _column(table: pa.Table, source: str, name: str) -> Array:
+    import pyarrow as pa
+
+    column: Any = table.column(name)
+    if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
+        raise InputError(f"the column holds {column.type}, not numbers", file=source, key=name)
+    values = column.cast(pa.float64()).to_numpy(zero_copy_only=False)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError(f"row {bad[0] + 1} is empty or not a finite number", file=source, key=name)
+    return np.asarray(values, dtype=float)
+
+
+def _joint_columns(table: pa.Table, source: str, count: int, quantity: str) -> Array | None:
+    names = [f"q{joint}_{quantity}" for joint in range(1, count + 1)]
+    present = [name in table.column_names for name in names]
+    if not any(present):
+        return None
+    if not all(present):
+        missing = names[present.index(False)]
+        raise InputError("this column is missing (the other joints have theirs)", file=source, key=missing)
+    return np.stack([_column(table, source, name) for name in names], axis=1)
+
+
+def _positions(table: pa.Table, source: str, robot: Robot) -> Array:
+    radians = _joint_columns(table, source, robot.joint_count, "rad")
+    degrees = _joint_columns(table, source, robot.joint_count, "deg")
+    if radians is not None and degrees is not None:
+        raise InputError("positions are given in radians and in degrees", file=source, key="q1_deg", allowed="one")
+    if radians is None and degrees is None:
+        raise InputError("this column is missing", file=source, key="q1_rad", allowed="q1_rad .. or q1_deg ..")
+    position = radians if radians is not None else np.radians(np.asarray(degrees))
+    unit = "rad" if radians is not None else "deg"
+    shown = position if radians is not None else np.asarray(degrees)
+    lower, upper = robot.lower_rad - LIMIT_MARGIN_RAD, robot.upper_rad + LIMIT_MARGIN_RAD
+    beyond = np.argwhere((position < lower) | (position > upper))
+    if beyond.size:
+        row, joint = (int(i) for i in beyond[0])
+        as_degrees = np.radians(position)
+        hint = ""
+        if unit == "rad" and np.all((as_degrees >= lower) & (as_degrees <= upper)):
+            hint = "; the columns look like degrees (name them q1_deg ..)"
+        raise InputError(
+            f"row {row + 1}: {shown[row, joint]:.6g} {unit} is beyond the limits of {robot.joint_names[joint]}{hint}",
+            file=source,
+            key=f"q{joint + 1}_{unit}",
+            allowed=f"{robot.lower_rad[joint]:.4f} to {robot.upper_rad[joint]:.4f} rad",
+        )
+    if np.ptp(position, axis=0).max() < 0.05:
+        hint = "; the columns look like radians (name them q1_rad ..)" if unit == "deg" else ""
+        raise InputError(f"no joint moves by more than 0.05 rad{hint}", file=source, key=f"q1_{unit}")
+    return position
+
+
+def _torques(
+    table: pa.Table, source: str, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None
+) -> Array | None:
+    torque = _joint_columns(table, source, robot.joint_count, "torque_nm")
+    current = _joint_columns(table, source, robot.joint_count, "current_a")
+    if torque is not None and current is not None:
+        raise InputError("torques and currents are both given", file=source, key="q1_current_a", allowed="one of both")
+    if current is None:
+        return torque
+    if torque_constants_nm_per_a is None:
+        raise InputError(
+            "motor currents need the motors' torque constants",
+            file=source,
+            key="q1_current_a",
+            allowed="torque constants [Nm/A] beside the log, or q1_torque_nm .. in it",
+        )
+    constants = np.asarray(torque_constants_nm_per_a, dtype=float)
+    if constants.shape != (robot.joint_count,) or not np.all(np.isfinite(constants) & (constants > 0.0)):
+        raise InputError("these are no torque constants", allowed=f"{robot.joint_count} positive numbers [Nm/A]")
+    return np.asarray(current * constants * robot.drives.gear_ratio)
+
+
+def _check_time(time_s: Array, source: str) -> None:
+    key = "time_s"
+    steps = np.diff(time_s)
+    if len(steps) == 0:
+        raise InputError("the log has one row only", file=source)
+    falling = np.flatnonzero(steps <= 0.0)
+    if falling.size:
+        raise InputError(f"time does not rise at row {falling[0] + 2}", file=source, key=key)
+    median = float(np.median(steps))
+    if median > LARGEST_STEP_S:
+        hint = "; the column looks like milliseconds" if median >= 1.0 else ""
+        raise InputError(
+            f"the samples are {median:.4g} s apart{hint}", file=source, key=key, allowed=f"at most {LARGEST_STEP_S} s"
+        )
+    limit = max(GAP_STEPS * median, GAP_S)
+    gaps = np.flatnonzero(steps > limit)
+    if gaps.size:
+        row = int(gaps[0])
+        raise InputError(
+            f"gap of {steps[row]:.4g} s after row {row + 1} (t = {time_s[row]:.4f} s)",
+            file=source,
+            key=key,
+            allowed=f"at most {limit:.4g} s between samples; cut the log there",
+        )
+
+
+def _check_velocity(log: MeasuredLog, robot: Robot) -> None:
+    """Positions over time, and measured velocities, must respect the speed limits: a check of their units."""
+    if log.velocity_rad_s is not None:
+        ratio = np.abs(log.velocity_rad_s).max(axis=0) / robot.velocity_rad_s
+        joint = int(np.argmax(ratio))
+        if ratio[joint] > 1.5:
+            raise InputError(
+                f"the velocity reaches {ratio[joint]:.3g} times the limit of {robot.joint_names[joint]}; "
+                "is it in rad/s?",
+                file=log.source,
+                key=f"q{joint + 1}_velocity_rad_s",
+                allowed=f"up to {robot.velocity_rad_s[joint]:.4g} rad/s",
+            )
+    lag = max(1, round(0.05 / float(np.median(np.diff(log.time_s)))))
+    span = (log.time_s[lag:] - log.time_s[:-lag])[:, None]
+    if len(span) == 0:
+        return
+    speed = np.abs((log.position_rad[lag:] - log.position_rad[:-lag]) / span).max(axis=0)
+    joint = int(np.argmax(speed / robot.velocity_rad_s))
+    if speed[joint] > 1.5 * robot.velocity_rad_s[joint]:
+        raise InputError(
+            f"the positions move at {speed[joint]:.4g} rad/s, {speed[joint] / robot.velocity_rad_s[joint]:.3g} times "
+            f"the limit of {robot.joint_names[joint]}; are time and positions in the units of their names?",
+            file=log.source,
+            key=f"q{joint + 1}_rad",
+        )

@@ -1,0 +1,1 @@
+"""Files of programs in and out: one reader and writer per kind of file."""

@@ -1,0 +1,221 @@
+"""Operation trees as YAML or JSON files: reading with clear errors, checking against a robot, writing, JSON Schema."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError
+
+from robojoule.documents import read_document, write_document
+from robojoule.errors import InputError
+from robojoule.programs.operation_tree import (
+    CoarseZone,
+    CompoundOperation,
+    MoveOperation,
+    OperationTree,
+    ProcessOperation,
+    WaitOperation,
+)
+
+if TYPE_CHECKING:
+    from robojoule.robots.robot import Robot
+
+SCHEMA_FILE = "operation-tree.schema.json"
+_MODELS: dict[str, type[BaseModel]] = {
+    "compound": CompoundOperation,
+    "move": MoveOperation,
+    "wait": WaitOperation,
+    "process": ProcessOperation,
+}
+
+
+def load_tree(path: str | Path, robot: Robot | None = None) -> OperationTree:
+    """Read an operation tree.
+
+    Args:
+        path: YAML or JSON file.
+        robot: If given, the tree is checked against it (see `check_tree`).
+
+    Raises:
+        InputError: Unreadable file, unknown or missing key, bad value, or a tree that does not fit the robot.
+    """
+    tree = parse_tree(read_document(path), path)
+    if robot is not None:
+        check_tree(tree, robot, path)
+    return tree
+
+
+def parse_tree(data: Any, source: str | Path) -> OperationTree:
+    """Validate plain data as an operation tree.
+
+    Args:
+        data: What a YAML or JSON file holds.
+        source: Name of the file for messages.
+
+    Raises:
+        InputError: First violation, with its key and the operation's name.
+    """
+    if not isinstance(data, Mapping):
+        raise InputError("an operation tree must be a mapping with the key operations", file=source)
+    try:
+        return OperationTree.model_validate(data)
+    except ValidationError as error:
+        raise _explain(error, data, source) from None
+
+
+def check_tree(tree: OperationTree, robot: Robot, source: str | Path | None = None) -> None:
+    """Check that a robot can execute the tree: name, joint count and joint limits of every configuration.
+
+    Args:
+        tree: Tree to check.
+        robot: Robot that shall execute it.
+        source: Name of the file for messages.
+
+    Raises:
+        InputError: First violation, naming the operation and the joint.
+    """
+    if tree.robot is not None and tree.robot != robot.name:
+        raise InputError(
+            f"the tree is written for robot '{tree.robot}', not for '{robot.name}'", file=source, key="robot"
+        )
+    configurations = [("start_rad", "the start", tree.start_rad)]
+    for key, operation in tree.walk():
+        if isinstance(operation, MoveOperation):
+            configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
+    for key, what, values in configurations:
+        try:
+            robot.check_configuration(values)
+        except InputError as error:
+            raise InputError(f"{what}: {error.problem}", file=source, key=key, allowed=error.allowed) from None
+
+
+def save_tree(tree: OperationTree, path: str | Path) -> None:
+    """Write an operation tree as YAML or JSON (by suffix), atomically; angles in radians, defaults left out.
+
+    Raises:
+        InputError: The suffix is neither of both.
+    """
+    write_document(path, tree_to_data(tree))
+
+
+def tree_to_data(tree: OperationTree) -> dict[str, Any]:
+    """Plain data of a tree as it stands in a file; `parse_tree` of it gives the same tree."""
+
+    def compact(operation: dict[str, Any]) -> dict[str, Any]:
+        fields = _MODELS[operation["type"]].model_fields
+        kept = {k: v for k, v in operation.items() if k in ("type", "zone") or v != fields[k].default}
+        if "operations" in kept:
+            kept["operations"] = [compact(child) for child in kept["operations"]]
+        return kept
+
+    data: dict[str, Any] = tree.model_dump(mode="json")
+    if data["robot"] is None:
+        del data["robot"]
+    return {**data, "operations": [compact(operation) for operation in data["operations"]]}
+
+
+def operation_tree_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of the file format, generated from the models."""
+    schema = OperationTree.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def published_schema() -> dict[str, Any]:
+    """The JSON Schema as it is shipped with the package."""
+    text = resources.files("robojoule.formats").joinpath(SCHEMA_FILE).read_text(encoding="utf-8")
+    schema: dict[str, Any] = json.loads(text)
+    return schema
+
+
+def write_schema(path: str | Path | None = None) -> None:
+    """Write the JSON Schema; by default to the file shipped with the package."""
+    write_document(path if path is not None else Path(__file__).with_name(SCHEMA_FILE), operation_tree_schema())
+
+
+def _explain(error: ValidationError, data: Any, source: str | Path) -> InputError:
+    """Turn pydantic's first finding into one sentence with the key as it stands in the file."""
+    details = error.errors(include_url=False)[0]
+    kind, location = details["type"], details["loc"]
+    parts, model, name = _place(data, location, missing=kind == "missing")
+    key = ".".join(str(part) for part in parts) or None
+    context = details.get("ctx", {})
+    allowed: str | None = None
+    if kind == "degrees":
+        problem, key = details["msg"], ".".join(str(part) for part in (*parts, context["key"]))
+    elif kind == "extra_forbidden":
+        problem, allowed = "unknown key", ", ".join(_keys(model))
+    elif kind == "missing":
+        problem = "this key is missing"
+    elif kind == "union_tag_not_found":
+        problem, allowed = "this key is missing", ", ".join(_MODELS)
+        key, name = f"{key}.type", _name_of(details["input"])
+    elif kind == "union_tag_invalid":
+        problem, allowed = f"unknown operation type '{context.get('tag')}'", ", ".join(_MODELS)
+        key, name = f"{key}.type", _name_of(details["input"])
+    elif kind == "tree":
+        problem, key, name = context["problem"], context["key"], None
+    elif kind == "recursion_loop":
+        problem = "the operations contain themselves"
+    elif kind == "tuple_type":
+        problem = "this must be a list"
+    elif kind == "model_attributes_type":
+        problem = f"an operation must be a mapping (found {details['input']!r})"
+    elif kind == "too_short":
+        problem = "the list is empty"
+    else:
+        problem = details["msg"].removeprefix("Value error, ")
+        problem = problem[:1].lower() + problem[1:]
+        shown = details["input"]
+        if kind != "value_error" and isinstance(shown, (str, int, float, bool)):
+            problem = f"{problem} (found {shown!r})"
+    if name is not None and kind != "recursion_loop":
+        problem = f"operation '{name}': {problem}"
+    return InputError(problem, file=source, key=key, allowed=allowed)
+
+
+def _place(
+    data: Any, location: tuple[int | str, ...], *, missing: bool
+) -> tuple[list[int | str], type[BaseModel], str | None]:
+    """Follow pydantic's location through the raw data.
+
+    Pydantic inserts the tag of a union member ("move") that is no key of the file: such parts are left out.
+
+    Returns:
+        Key parts as in the file, the model that is valid at that place, and the name of the operation there.
+    """
+    parts: list[int | str] = []
+    model: type[BaseModel] = OperationTree
+    name: str | None = None
+    here = data
+    for index, part in enumerate(location):
+        is_last = index == len(location) - 1
+        if isinstance(here, Mapping):
+            if part == here.get("type") and part in _MODELS and not (is_last and part in here):
+                model = _MODELS[str(part)]
+                name = _name_of(here)
+                continue
+            if part == "coarse":
+                model = CoarseZone
+                continue
+            if part not in here and not (missing and is_last):
+                continue
+            parts.append(part)
+            here = here.get(part)
+        elif isinstance(here, (list, tuple)) and isinstance(part, int):
+            parts.append(part)
+            here = here[part] if part < len(here) else None
+    return parts, model, name
+
+
+def _name_of(data: Any) -> str | None:
+    name = data.get("name") if isinstance(data, Mapping) else None
+    return name if isinstance(name, str) else None
+
+
+def _keys(model: type[BaseModel]) -> list[str]:
+    """Keys that may stand in a file at the place of `model`."""
+    return sorted(model.model_json_schema(ref_template="{model}").get("properties") or model.model_fields)

@@ -1,0 +1,1 @@
+"""Physics of motions: paths, time laws and the controller's rule, torques, energy integrals, runs."""

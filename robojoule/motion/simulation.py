@@ -1,0 +1,282 @@
+"""Runs of point-to-point motions: motion + speed limit -> duration, energy, samples.
+
+A run follows the controller's time law (see `robojoule.motion.controller`) and draws electrical power by the drive
+model (see `robojoule.robots.drives`) from the torques along its path (see `robojoule.motion.dynamics`). Its energy is
+integrated over each phase of constant jerk (see `robojoule.motion.quadrature`), so it does not depend on a sample
+rate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robojoule.arrays import Array, Index
+from robojoule.motion.controller import PathTiming
+from robojoule.motion.dynamics import PathTorques, chebyshev_basis, path_torques
+from robojoule.motion.quadrature import RunQuadrature, run_quadrature
+from robojoule.motion.time_laws import PathLaw
+from robojoule.robots.drives import idle_power_w, mains_power_w
+from robojoule.robots.robot import Robot
+
+_BLOCK_RUNS = 4096  # runs integrated at once: bounds memory
+_CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in the processor's cache
+# The C library keeps freed memory only up to the size of the largest array that it has seen freed. Without one of this
+# size, work arrays would be mapped anew for every chunk, which costs a fifth of the time.
+np.empty(4_000_000)
+
+
+@dataclass(frozen=True)
+class MotionRuns:
+    """Runs of M motions at S speed limits; all arrays have shape (M, S).
+
+    Attributes:
+        speed_limit: Speed limit as a fraction of full speed. [-]
+        duration_s: Duration. [s]
+        energy_j: Electrical energy drawn from the mains. [J]
+        potential_j: Its part that lifts or lowers (change of potential energy; kinetic energy returns to zero). [J]
+        friction_j: Its part lost in joint friction. [J]
+        copper_j: Its part lost in motor copper. [J]
+        braking_j: Its part burnt in the brake chopper. [J]
+        inverter_j: Its part lost in the inverter. [J]
+        base_j: Its part drawn by the controller. [J]
+        drive_active_j: Its part drawn by the drives for being active. [J]
+        peak_power_w: Largest mains power at the quadrature nodes. [W]
+        peak_torque_ratio: Largest |torque| / effort limit over joints and quadrature nodes. [-]
+    """
+
+    speed_limit: Array
+    duration_s: Array
+    energy_j: Array
+    potential_j: Array
+    friction_j: Array
+    copper_j: Array
+    braking_j: Array
+    inverter_j: Array
+    base_j: Array
+    drive_active_j: Array
+    peak_power_w: Array
+    peak_torque_ratio: Array
+
+
+@dataclass(frozen=True)
+class MotionSamples:
+    """Time series of one run, T instants, n joints.
+
+    Attributes:
+        time_s: Instants, shape (T,); the last is the end of the run. [s]
+        path_position: s, shape (T,). [-]
+        path_velocity_per_s: ds/dt, shape (T,). [1/s]
+        path_acceleration_per_s2: Second derivative of s, shape (T,). [1/s2]
+        path_jerk_per_s3: Third derivative of s, shape (T,). [1/s3]
+        torque_nm: Link-side joint torques incl. friction and rotor inertia, shape (T, n). [Nm]
+        power_w: Mains power, shape (T,). [W]
+    """
+
+    time_s: Array
+    path_position: Array
+    path_velocity_per_s: Array
+    path_acceleration_per_s2: Array
+    path_jerk_per_s3: Array
+    torque_nm: Array
+    power_w: Array
+
+
+@dataclass(frozen=True)
+class PathPowers:
+    """Torques and powers at path states, M motions, P states, n joints.
+
+    Attributes:
+        torque_nm: Link-side joint torques incl. friction and rotor inertia, shape (M, P, n). [Nm]
+        friction_w: Power lost in joint friction, shape (M, P). [W]
+        copper_w: Power lost in motor copper, shape (M, P). [W]
+        bus_w: Power that the joints take from the DC bus, negative when they feed it, shape (M, P). [W]
+    """
+
+    torque_nm: Array
+    friction_w: Array
+    copper_w: Array
+    bus_w: Array
+
+
+class MotionPaths:
+    """Physics along M straight joint-space motions of one robot.
+
+    Motions of zero length are allowed: they take no time and no energy.
+
+    Args:
+        robot: Robot with its payload, as it is.
+        start_rad: Start configurations, shape (M, n). [rad]
+        end_rad: End configurations, shape (M, n). [rad]
+        controller: The controller's model of the robot, by which it plans its time laws; the robot itself if not given.
+    """
+
+    def __init__(self, robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, controller: Robot | None = None) -> None:
+        self.robot = robot
+        self.start_rad = np.atleast_2d(np.asarray(start_rad, dtype=float))
+        self.delta_rad = np.atleast_2d(np.asarray(end_rad, dtype=float)) - self.start_rad
+        self.motions = len(self.start_rad)
+        self.torques: PathTorques = path_torques(robot, self.start_rad, self.delta_rad)
+        planned = self.torques if controller is None else path_torques(controller, self.start_rad, self.delta_rad)
+        self.timing = PathTiming(controller or robot, planned, self.delta_rad)
+        self.moving = self.timing.moving
+
+    def subset(self, rows: Index | slice) -> MotionPaths:
+        """Some of the motions, in the order given, with the search for their fastest runs already done."""
+        start = self.start_rad[rows]
+        controller = None if self.timing.robot is self.robot else self.timing.robot
+        part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller)
+        part.timing.fastest_velocity = self.timing.fastest_velocity[rows]
+        return part
+
+    @property
+    def idle_power_start_w(self) -> Array:
+        """Idle power at the start of each motion, shape (M,). [W]"""
+        return idle_power_w(self.robot.drives, self.torques.at_nodes[2][:, 0])
+
+    @property
+    def idle_power_end_w(self) -> Array:
+        """Idle power at the end of each motion, shape (M,). [W]"""
+        return idle_power_w(self.robot.drives, self.torques.at_nodes[2][:, -1])
+
+    def peak_velocities(self, speed_limits: ArrayLike) -> Array:
+        """Peak path velocities; see `PathTiming.peak_velocities`. [1/s]"""
+        return self.timing.peak_velocities(speed_limits)
+
+    def durations(self, speed_limits: ArrayLike) -> Array:
+        """Durations; see `PathTiming.durations`. [s]"""
+        return self.timing.durations(speed_limits)
+
+    def minimum_durations(self) -> Array:
+        """Durations at full speed, shape (M,). [s]"""
+        return self.timing.minimum_durations()
+
+    def fastest_speed_limits(self) -> Array:
+        """Lowest speed limits that give the fastest runs, shape (M,); 1 for motions of zero length. [-]"""
+        return self.timing.fastest_speed_limits()
+
+    def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
+        """Smallest sufficient speed limits; see `PathTiming.speed_limits_for_durations`. [-]"""
+        return self.timing.speed_limits_for_durations(durations_s)
+
+    def law(self, index: int, peak_velocity: float) -> PathLaw:
+        """Time law of motion `index` at a peak path velocity [1/s]."""
+        return self.timing.law(index, peak_velocity)
+
+    def simulate(self, speed_limits: ArrayLike) -> MotionRuns:
+        """Run every motion at speed limits (shapes as in `peak_velocities`)."""
+        velocity = self.peak_velocities(speed_limits)
+        limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
+        arrays = {field.name: np.zeros_like(velocity) for field in fields(MotionRuns)}
+        arrays["speed_limit"] = limits
+        counts = self.torques.counts
+        for count in np.unique(counts[self.moving]):
+            rows = np.flatnonzero(self.moving & (counts == count))
+            block = max(1, _BLOCK_RUNS // velocity.shape[1])
+            for first in range(0, len(rows), block):
+                part = rows[first : first + block]
+                for name, values in self._runs(part, velocity[part], self._quadrature(int(count))).items():
+                    arrays[name][part] = values
+        return MotionRuns(**arrays)
+
+    def _runs(self, rows: Index, velocity: Array, quadrature: RunQuadrature) -> dict[str, Array]:
+        """Figures of the runs of some motions at peak velocities (M', S) [1/s]: power integrated over their laws."""
+        law = self.timing.laws(velocity, rows)
+        states, weights = quadrature.states(law), quadrature.weights(law)
+        bus, friction, copper = np.empty((3, *weights.shape))
+        peak_torque = np.empty((len(rows), self.robot.joint_count, velocity.shape[1]))
+        chunk = max(1, _CHUNK_STATES // weights[0].size)
+        for first in range(0, len(rows), chunk):
+            part = slice(first, first + chunk)
+            power = self.powers(rows[part], *(x[part].reshape(len(rows[part]), -1) for x in states))
+            shape = bus[part].shape
+            bus[part], friction[part] = power.bus_w.reshape(shape), power.friction_w.reshape(shape)
+            copper[part] = power.copper_w.reshape(shape)
+            magnitude = np.abs(power.torque_nm.swapaxes(1, 2), out=power.torque_nm.swapaxes(1, 2))
+            peak_torque[part] = magnitude.reshape(len(magnitude), -1, *shape[1:]).max(axis=-1)
+        integrals = {
+            "bus": np.einsum("msq,msq->ms", bus, weights),
+            "drawn": quadrature.positive_part(bus, law),
+            "friction": np.einsum("msq,msq->ms", friction, weights),
+            "copper": np.einsum("msq,msq->ms", copper, weights),
+        }
+        return {
+            **self._energy_parts(law.duration_s.sum(axis=-1), integrals),
+            "peak_power_w": mains_power_w(self.robot.drives, bus.max(axis=-1)),
+            "peak_torque_ratio": (peak_torque / self.robot.effort_nm[:, None]).max(axis=1),
+        }
+
+    def _quadrature(self, path_nodes: int) -> RunQuadrature:
+        """Quadrature for motions with a number of path nodes."""
+        return run_quadrature(path_nodes)
+
+    def _energy_parts(self, duration_s: Array, integrals: dict[str, Array]) -> dict[str, Array]:
+        """Split the mains energy: the parts add up to the total, whatever the regime of the bus."""
+        drives = self.robot.drives
+        drawn = integrals["drawn"]
+        surplus = drawn - integrals["bus"]
+        return {
+            "duration_s": duration_s,
+            "energy_j": (drives.base_power_w + drives.drive_active_power_w) * duration_s
+            + drawn / drives.inverter_efficiency
+            - drives.regeneration_efficiency * surplus,
+            "potential_j": integrals["bus"] - integrals["friction"] - integrals["copper"],
+            "friction_j": integrals["friction"],
+            "copper_j": integrals["copper"],
+            "braking_j": (1.0 - drives.regeneration_efficiency) * surplus,
+            "inverter_j": (1.0 / drives.inverter_efficiency - 1.0) * drawn,
+            "base_j": drives.base_power_w * duration_s,
+            "drive_active_j": drives.drive_active_power_w * duration_s,
+        }
+
+    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> PathPowers:
+        """Torques and powers at path states (s, s', s'') of some motions.
+
+        Args:
+            rows: Which motions, shape (M',).
+            s: Path positions, shape (M', P). [-]
+            s1: Path velocities, shape (M', P). [1/s]
+            s2: Path accelerations, shape (M', P). [1/s2]
+        """
+        drives, torques = self.robot.drives, self.torques
+        count, joints = int(torques.counts[rows].max(initial=1)), self.robot.joint_count
+        delta = self.delta_rad[rows][:, :, None]
+        coefficients = torques.coefficients[rows, :, :count]
+        coefficients[:, :joints, 0] += drives.reflected_inertia_kg_m2 * self.delta_rad[rows]
+        series = np.matmul(coefficients, chebyshev_basis(s, count).swapaxes(1, 2))
+        # Arrays of shape (M', n, P) keep states side by side; those of shape (M', P, n) below are views of such.
+        load, centrifugal, gravity = (series[:, k * joints : (k + 1) * joints] for k in range(3))
+        load *= s2[:, None]
+        centrifugal *= (s1**2)[:, None]
+        load += centrifugal
+        load += gravity
+        velocity = delta * s1[:, None]
+        turned = [x.swapaxes(1, 2) for x in (np.sign(delta), velocity, load)]
+        friction = drives.friction_nm(*turned).swapaxes(1, 2)
+        torque = load
+        torque += friction
+        friction_w = np.einsum("mnp,mnp->mp", friction, velocity)
+        bus_w = np.einsum("mnp,mnp->mp", torque, velocity)
+        copper_w = np.einsum("n,mnp->mp", drives.copper_w_per_joint_nm2, torque**2)
+        bus_w += copper_w
+        return PathPowers(torque.swapaxes(1, 2), friction_w, copper_w, bus_w)
+
+    def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
+        """Time series of one run at a fixed rate, plus the final instant."""
+        velocity = float(self.peak_velocities([speed_limit])[index, 0])
+        return self.sample_at(index, velocity, rate_hz)
+
+    def sample_at(self, index: int, peak_velocity: float, rate_hz: float) -> MotionSamples:
+        """Time series of one run at a peak path velocity [1/s]; one instant for a motion of zero length."""
+        if peak_velocity <= 0.0:  # no length: the robot stands
+            still = np.zeros(1)
+            torque = self.torques.at_nodes[2][index, :1]
+            return MotionSamples(still, still, still, still, still, torque, self.idle_power_start_w[index : index + 1])
+        law = self.law(index, peak_velocity)
+        steps = int(np.floor(law.total_s * rate_hz * (1.0 - 1e-12)))
+        time = np.append(np.arange(steps + 1) / rate_hz, law.total_s)
+        state = law.at(time)
+        power = self.powers(np.array([index]), state[0][None], state[1][None], state[2][None])
+        return MotionSamples(time, *state, power.torque_nm[0], mains_power_w(self.robot.drives, power.bus_w)[0])

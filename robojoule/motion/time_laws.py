@@ -1,0 +1,182 @@
+"""Time laws along a straight joint-space path: jerk limited, from rest to rest, synchronised over the joints.
+
+A point-to-point motion moves q(s) = q0 + s (q1 - q0), s from 0 to 1. All joints share s(t), so one path coordinate with
+limits on its velocity, acceleration and jerk is the whole trajectory (KUKA PTP and UR movej are synchronised likewise).
+Ruckig computes single laws. From rest to rest the law is symmetric and known in closed form, which serves where many
+motions run at many speed limits at once: with acceleration a, jerk j = a / T_f and peak velocity v,
+
+    T_a = v/a + T_f             if v >= a T_f,        else 2 sqrt(v/j)           (time to reach v from rest)
+    d   = 1/v + T_a                                    as long as v T_a <= 1      (v is reached)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from ruckig import InputParameter, Result, Ruckig, Trajectory
+
+from robojoule.arrays import Array
+from robojoule.errors import RobojouleError
+
+ROUNDING = 1e-9  # a peak velocity counts as reached when the path is too short by less than this share
+PHASES = 7  # jerk up, constant acceleration, jerk down, cruise, and the mirror image
+
+
+@dataclass(frozen=True)
+class PathLaw:
+    """Time law s(t) of one run in seven phases of constant jerk; of many runs where arrays have leading axes.
+
+    Attributes:
+        duration_s: Length of each phase, shape (..., 7). [s]
+        jerk: Path jerk in each phase, shape (..., 7). [1/s3]
+        acceleration: Path acceleration at the start of each phase, shape (..., 7). [1/s2]
+        velocity: Path velocity at the start of each phase, shape (..., 7). [1/s]
+        position: Path position at the start of each phase, shape (..., 7). [-]
+    """
+
+    duration_s: Array
+    jerk: Array
+    acceleration: Array
+    velocity: Array
+    position: Array
+
+    def of(self, rows: slice | NDArray[np.intp]) -> PathLaw:
+        """Some of many laws, by their first axis."""
+        return PathLaw(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+    @property
+    def total_s(self) -> float:
+        """Duration of a single run. [s]"""
+        return float(self.duration_s.sum())
+
+    def at(self, time_s: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Evaluate the law of a single run.
+
+        Args:
+            time_s: Instants within [0, duration], shape (T,). [s]
+
+        Returns:
+            Position [-], velocity [1/s], acceleration [1/s2] and jerk [1/s3], each of shape (T,).
+        """
+        times = np.asarray(time_s, dtype=float)
+        starts = np.concatenate([[0.0], np.cumsum(self.duration_s)[:-1]])
+        # An instant on a boundary belongs to the phase that starts there; empty phases own no instant.
+        phase = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, PHASES - 1)
+        tau = times - starts[phase]
+        j, a, v, p = (x[phase] for x in (self.jerk, self.acceleration, self.velocity, self.position))
+        return (
+            p + tau * (v + tau * (a / 2 + tau * j / 6)),
+            v + tau * (a + tau * j / 2),
+            a + tau * j,
+            j,
+        )
+
+
+def path_law(length: float, velocity: float, acceleration: float, jerk: float) -> PathLaw:
+    """Compute the law with Ruckig.
+
+    Args:
+        length: Length that scales the path coordinate, e.g. the largest joint change. [rad]
+        velocity: Largest path velocity. [1/s]
+        acceleration: Largest path acceleration. [1/s2]
+        jerk: Largest path jerk. [1/s3]
+
+    Raises:
+        RobojouleError: Ruckig found no trajectory.
+    """
+    problem = InputParameter(1)
+    problem.target_position = [length]
+    problem.max_velocity = [velocity * length]
+    problem.max_acceleration = [acceleration * length]
+    problem.max_jerk = [jerk * length]
+    trajectory = Trajectory(1)
+    result = Ruckig(1).calculate(problem, trajectory)
+    if result not in (Result.Working, Result.Finished):
+        raise RobojouleError(
+            f"Ruckig found no trajectory over {length:.6g} rad with velocity {velocity:.6g} 1/s, "
+            f"acceleration {acceleration:.6g} 1/s2, jerk {jerk:.6g} 1/s3 ({result})"
+        )
+    profile = trajectory.profiles[0][0]
+    return PathLaw(
+        duration_s=np.asarray(profile.t),
+        jerk=np.asarray(profile.j) / length,
+        acceleration=np.asarray(profile.a)[:PHASES] / length,
+        velocity=np.asarray(profile.v)[:PHASES] / length,
+        position=np.asarray(profile.p)[:PHASES] / length,
+    )
+
+
+def rest_to_rest_law(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:
+    """Laws of the unit path in closed form, jerk = acceleration / filter time.
+
+    Args:
+        velocity: Peak path velocities, which the path lets reach, any shape. [1/s]
+        acceleration: Largest path accelerations, the same shape. [1/s2]
+        filter_time_s: Length of a full jerk phase. [s]
+
+    Returns:
+        The laws, with arrays of shape (..., 7).
+    """
+    jerk = acceleration / filter_time_s
+    full = velocity >= acceleration * filter_time_s
+    ramp = np.where(full, filter_time_s, np.sqrt(velocity / jerk))
+    plateau = np.where(full, velocity / acceleration - filter_time_s, 0.0)
+    cruise = np.maximum(1.0 / velocity - 2.0 * ramp - plateau, 0.0)
+    peak = jerk * ramp  # acceleration on the plateau
+    rise = peak * ramp / 2.0  # velocity gained in a jerk phase
+    first = peak * ramp**2 / 6.0
+    second = first + plateau * (rise + peak * plateau / 2.0)
+    third = velocity * (2.0 * ramp + plateau) / 2.0
+    none = np.zeros_like(velocity)
+    return PathLaw(
+        duration_s=np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1),
+        jerk=np.stack([jerk, none, -jerk, none, -jerk, none, jerk], axis=-1),
+        acceleration=np.stack([none, peak, peak, none, none, -peak, -peak], axis=-1),
+        velocity=np.stack([none, rise, velocity - rise, velocity, velocity, velocity - rise, rise], axis=-1),
+        position=np.stack([none, first, second, third, 1.0 - third, 1.0 - second, 1.0 - first], axis=-1),
+    )
+
+
+def ramp_time_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: float) -> Array:
+    """Time to reach a velocity from rest with jerk = acceleration / filter time.
+
+    Args:
+        velocity: Peak path velocity. [1/s]
+        acceleration: Largest path acceleration. [1/s2]
+        filter_time_s: Length of a full jerk phase. [s]
+
+    Returns:
+        Ramp time, broadcast shape of the arguments. [s]
+    """
+    v, a = np.asarray(velocity, dtype=float), np.asarray(acceleration, dtype=float)
+    full: Array = v / a + filter_time_s
+    short: Array = 2.0 * np.sqrt(v * filter_time_s / a)
+    return np.where(v >= a * filter_time_s, full, short)
+
+
+def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: float) -> Array:
+    """Duration of the unit path at a peak velocity; infinite where that velocity cannot be reached on it.
+
+    Arguments as in `ramp_time_s`; returns their broadcast shape. [s]
+    """
+    v = np.asarray(velocity, dtype=float)
+    ramp = ramp_time_s(v, acceleration, filter_time_s)
+    return np.where(v * ramp <= 1.0 + ROUNDING, 1.0 / v + ramp, np.inf)
+
+
+def reachable_velocity(acceleration: ArrayLike, filter_time_s: float) -> Array:
+    """Peak velocity of the fastest law without a velocity limit: the largest v with v T_a(v) <= 1.
+
+    Args:
+        acceleration: Largest path acceleration. [1/s2]
+        filter_time_s: Length of a full jerk phase. [s]
+
+    Returns:
+        Velocity, shape of `acceleration`. [1/s]
+    """
+    a = np.asarray(acceleration, dtype=float)
+    with_plateau = a / 2.0 * (np.sqrt(filter_time_s**2 + 4.0 / a) - filter_time_s)
+    without = (a / filter_time_s / 4.0) ** (1.0 / 3.0)
+    return np.where(with_plateau >= a * filter_time_s, with_plateau, without)

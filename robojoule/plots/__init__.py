@@ -1,0 +1,1 @@
+"""Drawings of single results; matplotlib is imported where something is drawn."""

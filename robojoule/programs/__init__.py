@@ -1,0 +1,1 @@
+"""What a robot does in one cycle: operation trees and programs."""

@@ -1,1 +1,0 @@
-"""The larger comparisons: one module a stage of `studies/dvc.yaml`."""

@@ -1,0 +1,44 @@
+"""A small plant and its measured trees."""
+
+from functools import cache
+
+import numpy as np
+
+from reproduction.study.cases import PlantBatch, generate_trees, measure
+from reproduction.study.config import StudyMotionsParams
+from reproduction.study.plant import Plant, PlantParams, draw_plant
+from robojoule.profile.predicted import Measurements
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload, Robot
+
+MOTIONS = StudyMotionsParams(
+    seed=5,
+    points=3,
+    budget_rad=(1.8, 3.5),
+    speed_limits_percent=[10, 20, 35, 50, 70, 100],
+    runs_per_motion=3,
+    predicted_speed_limits=25,
+    dense_speed_limits=41,
+    relaxations_percent=[110, 150],
+)
+LIMITS = np.array(MOTIONS.speed_limits_percent) / 100.0
+
+
+@cache
+def nominal(payload_kg: float = 10.0) -> Robot:
+    return load_robot("kuka_kr16_r2010_2", Payload(payload_kg))
+
+
+def plant(**changes: object) -> Plant:
+    return draw_plant(nominal(), 3, PlantParams(**changes))
+
+
+def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBatch:
+    robot = nominal(payload_kg)
+    states, places = np.random.SeedSequence(seed).spawn(2)
+    factors = np.exp(of.params.temperature_spread * np.random.default_rng(states).standard_normal(trees))
+    return PlantBatch(robot, generate_trees(robot, places, trees, MOTIONS), of, factors)
+
+
+def measured(of: Plant, trees: int, seed: int) -> Measurements:
+    return measure(batch(of, trees, seed), LIMITS, np.random.default_rng(seed), runs_per_motion=3)

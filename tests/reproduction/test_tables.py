@@ -1,0 +1,90 @@
+"""Tables with every kind of fault; runs in any order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from reproduction.predictors.measurements import read_runs
+from reproduction.tables import columns, read_table
+from robojoule.errors import InputError
+
+GOOD = {"tree_id": ["a", "b", "b"], "motion_id": [4, 2, 7], "energy_j": [1.0, 2.0, 3.0]}
+
+
+def read(path):
+    return read_table(path, "simulate_motions", numbers=["motion_id", "energy_j"], texts=["tree_id"])
+
+
+def test_wanted_columns_and_rows_are_read(tmp_path):
+    path = tmp_path / "runs.parquet"
+    pq.write_table(pa.table(GOOD | {"other": [None, None, None]}), path)
+    wanted = [("tree_id", "==", "b")]
+    table = read_table(path, "any", numbers=["energy_j", "motion_id"], texts=["tree_id"], filters=wanted)
+    assert table.to_pydict() == {"energy_j": [2.0, 3.0], "motion_id": [2, 7], "tree_id": ["b", "b"]}
+
+
+def test_columns_keep_the_wanted_order():
+    table = pa.table({"b": [1, 2], "a": [3.0, 4.0]})
+    assert columns(table, ("a", "b")).tolist() == [[3.0, 1.0], [4.0, 2.0]]
+
+
+@pytest.mark.parametrize("column", list(GOOD))
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("missing", "this column is missing"),
+        ("type", "the column holds .*, not (numbers|text)"),
+        ("null", "1 rows are empty"),
+    ],
+)
+def test_a_bad_column_is_named(tmp_path, column, fault, message):
+    path = tmp_path / "runs.parquet"
+    changed = {"type": [1, 2, 3] if column == "tree_id" else ["1", "2", "3"], "null": [*GOOD[column][:2], None]}
+    data = {name: values for name, values in GOOD.items() if name != column}
+    pq.write_table(pa.table(data if fault == "missing" else data | {column: changed[fault]}), path)
+    with pytest.raises(InputError, match=rf"runs\.parquet, {column}: {message}"):
+        read(path)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_numbers_are_finite(tmp_path, value):
+    path = tmp_path / "runs.parquet"
+    pq.write_table(pa.table(GOOD | {"energy_j": [1.0, value, value]}), path)
+    with pytest.raises(InputError, match=r"runs\.parquet, energy_j: 2 rows are empty or no finite number"):
+        read(path)
+
+
+def test_missing_and_garbled_files_are_named(tmp_path):
+    with pytest.raises(InputError, match=r"runs\.parquet: the file is missing; run the stage simulate_motions first"):
+        read(tmp_path / "runs.parquet")
+    (tmp_path / "runs.parquet").write_text("nothing", encoding="utf-8")
+    with pytest.raises(InputError, match=r"runs\.parquet: the file cannot be read"):
+        read(tmp_path / "runs.parquet")
+    with pytest.raises(InputError, match="the file cannot be read"):
+        read(tmp_path)
+
+
+def runs():
+    """Runs of motions 7, 2 and 4 at 10 %, 60 % and 100 %: durations 10 id / percent, energies id + percent."""
+    ids, percents = np.repeat([7, 2, 4], 3), np.tile([60.0, 10.0, 100.0], 3)
+    durations, energies = 10.0 * ids / percents, ids + percents
+    values = {"motion_id": ids, "speed_limit_percent": percents, "duration_s": durations, "energy_j": energies}
+    return pa.table(values)
+
+
+def test_runs_follow_the_motions_asked_for(tmp_path):
+    pq.write_table(runs(), tmp_path / "runs.parquet")
+    limits, durations, energies = read_runs(tmp_path / "runs.parquet", np.array([4, 7]))
+    assert limits.tolist() == [0.1, 0.6, 1.0]
+    assert durations == pytest.approx(np.array([[4.0, 40.0 / 60.0, 0.4], [7.0, 70.0 / 60.0, 0.7]]))
+    assert energies.tolist() == [[14.0, 64.0, 104.0], [17.0, 67.0, 107.0]]
+
+
+@pytest.mark.parametrize("rows", [[], [0, 1, 2], [0, 1, 2, 6, 7], [0, 1, 2, 6, 7, 7], [0, 1, 2, 6, 7, 8, 8]])
+def test_one_run_for_each_motion_and_speed_limit(tmp_path, rows):
+    pq.write_table(runs().take(pa.array(rows, pa.int64())), tmp_path / "runs.parquet")
+    with pytest.raises(InputError, match=r"runs\.parquet, motion_id: there is not one run for each motion and speed"):
+        read_runs(tmp_path / "runs.parquet", np.array([4, 7]))
