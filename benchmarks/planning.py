@@ -15,7 +15,7 @@ from benchmarks.measure import interleaved, ratio, rounded
 from reproduction.motions.shards import random_motions
 from reproduction.trees.generate import tree_from_configurations
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.milp import VertexCosts
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
 from robojoule.profile.sampled import sampled_profile

@@ -16,10 +16,10 @@ from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.milp import VertexCosts
 from robojoule.planning.rule import rule_plan
-from robojoule.planning.solver import Schedule, check_cycle_time
+from robojoule.planning.schedule import Schedule, check_cycle_time
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 

@@ -13,7 +13,7 @@ from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows
 from reproduction.study.cases import PlantBatch
 from reproduction.study.plans import Costs, path_costs, three_segment_method
 from robojoule.arrays import Array
-from robojoule.planning.milp import VertexCosts
+from robojoule.planning.costs import VertexCosts
 from robojoule.profile.parameters import profile_parameters
 
 # Part -> case -> method whose plans it takes; methods of the main comparison, and those of `ablation_costs`.

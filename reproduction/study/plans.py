@@ -23,9 +23,9 @@ from robojoule.arrays import Array
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
-from robojoule.planning.milp import VertexCosts
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.rule import rule_plan
-from robojoule.planning.solver import Schedule
+from robojoule.planning.schedule import Schedule
 from robojoule.planning.writeback import stacked_durations
 from robojoule.profile.sampled import sampled_profile
 

@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.milp import VertexCosts
 from robojoule.planning.pareto import pareto_curve
-from robojoule.planning.solver import RELATIVE_GAP, PlanSolver, Schedule, check_cycle_time
+from robojoule.planning.schedule import RELATIVE_GAP, Schedule, check_cycle_time
 
 
 def chain_plans(
@@ -43,6 +43,8 @@ def chain_plans(
     """
     times = np.asarray(cycle_times_s, dtype=float)
     if len(graph.robots) != 1 or not all(cost.profile.is_convex for cost in costs):
+        from robojoule.planning.solver import PlanSolver  # late: brings Pyomo
+
         solver = PlanSolver(graph, costs, preference_w=preference_w, relative_gap=relative_gap)
         return [solver.solve(float(time)) for time in times]
     preferred = [

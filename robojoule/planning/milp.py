@@ -47,29 +47,13 @@ for each piece, both zero unless y_gv = 1) is exact and as tight as can be.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import pyomo.environ as pyo
 
-from robojoule.errors import InputError
+from robojoule.planning.costs import VertexCosts, check_costs
 from robojoule.planning.graph import Arc, OptimizationGraph, Phase
 from robojoule.profile.piecewise import PiecewiseLinearProfile
-
-
-@dataclass(frozen=True)
-class VertexCosts:
-    """What a vertex costs.
-
-    Attributes:
-        profile: Energy of the movement over its duration.
-        idle_prior_w: P_N, idle power at its start. [W]
-        idle_post_w: P_W, idle power at its end. [W]
-    """
-
-    profile: PiecewiseLinearProfile
-    idle_prior_w: float
-    idle_post_w: float
 
 
 def build_model(
@@ -110,20 +94,6 @@ def build_model(
     preference = preference_w * sum(model.dm[v] for v in model.V) if preference_w else 0.0
     model.objective = pyo.Objective(expr=model.energy.expr + preference, sense=pyo.minimize)
     return model
-
-
-def check_costs(graph: OptimizationGraph, costs: Sequence[VertexCosts]) -> None:
-    """Refuse costs that do not fit the graph.
-
-    Raises:
-        InputError: Not one cost a vertex, or an idle power that is negative or not finite.
-    """
-    if len(costs) != len(graph.vertices):
-        raise InputError(f"{len(costs)} costs given for {len(graph.vertices)} vertices", key="costs")
-    for vertex, cost in zip(graph.vertices, costs, strict=True):
-        for power in (cost.idle_prior_w, cost.idle_post_w):
-            if not 0.0 <= power < float("inf"):
-                raise InputError(f"the idle power {power} W is not usable", key=vertex.name, allowed="0 W or more")
 
 
 def _add_variables(model: pyo.ConcreteModel, graph: OptimizationGraph, costs: Sequence[VertexCosts]) -> None:

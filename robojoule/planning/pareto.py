@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from robojoule.arrays import Array
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.costs import VertexCosts, check_costs
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
-from robojoule.planning.milp import VertexCosts, check_costs
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.milp import VertexCosts
+from robojoule.planning.costs import VertexCosts
 from robojoule.profile.predicted import PredictedProfiles
 
 

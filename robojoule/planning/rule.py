@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.errors import InputError
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.solver import Schedule, check_cycle_time
+from robojoule.planning.schedule import Schedule, check_cycle_time
 
 
 def rule_plan(graph: OptimizationGraph, durations_s: ArrayLike, cycle_time_s: float) -> Schedule:

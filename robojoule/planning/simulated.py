@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import process_energy_j
-from robojoule.planning.milp import VertexCosts
 from robojoule.planning.pareto import pareto_curve
-from robojoule.planning.solver import Schedule
+from robojoule.planning.schedule import Schedule
 from robojoule.profile.adaptive import AdaptiveProfiles, Sandwich
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 

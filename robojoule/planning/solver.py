@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,65 +18,13 @@ from pyomo.contrib.solver.common.factory import SolverFactory
 from pyomo.contrib.solver.common.results import TerminationCondition
 
 from robojoule.arrays import Array
-from robojoule.errors import CycleTimeTooShort, PlanningError
+from robojoule.errors import PlanningError
+from robojoule.planning.costs import VertexCosts, check_costs, plan_energy_j
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.milp import VertexCosts, build_model, check_costs
+from robojoule.planning.milp import build_model
+from robojoule.planning.schedule import RELATIVE_GAP, Schedule, check_cycle_time
 
-# A cycle time this much too short is rounding (messages print microseconds), not a demand.
-CYCLE_TIME_TOLERANCE_S = 5e-7
-RELATIVE_GAP = 1e-9
 _CONVERGED = TerminationCondition.convergenceCriteriaSatisfied
-
-
-@dataclass(frozen=True, eq=False)
-class Schedule:
-    """Durations and waits of one cycle, in the order of the graph's vertices; immutable.
-
-    Attributes:
-        status: "optimal" (proven), "feasible" (stopped by time), or "rule" (made by a rule, without proof).
-        cycle_time_s: Cycle time. [s]
-        durations_s: Duration of each movement, shape (V,). [s]
-        prior_waits_s: Wait before each movement, shape (V,). [s]
-        post_waits_s: Wait after each movement, shape (V,). [s]
-        collision_waits_s: Further wait after each movement for a collision to clear, shape (V,). [s]
-        starts_s: Start of each movement, shape (V,). [s]
-        energy_j: Energy of the cycle as the method sees it; NaN if it does not know. [J]
-        bound_j: Proven lower bound of `energy_j`; NaN without proof. [J]
-        runtime_s: Time the method took. [s]
-    """
-
-    status: str
-    cycle_time_s: float
-    durations_s: Array
-    prior_waits_s: Array
-    post_waits_s: Array
-    collision_waits_s: Array
-    starts_s: Array
-    energy_j: float = float("nan")
-    bound_j: float = float("nan")
-    runtime_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field in ("durations_s", "prior_waits_s", "post_waits_s", "collision_waits_s", "starts_s"):
-            array = np.array(getattr(self, field), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, field, array)
-
-
-def check_cycle_time(graph: OptimizationGraph, least_durations_s: Sequence[float] | Array, cycle_time_s: float) -> None:
-    """Refuse a cycle time in which the fastest cycle does not fit.
-
-    Args:
-        graph: Optimisation graph.
-        least_durations_s: Shortest duration of each vertex. [s]
-        cycle_time_s: Cycle time asked for. [s]
-
-    Raises:
-        CycleTimeTooShort: With the least feasible cycle time.
-    """
-    least = graph.least_cycle_s([float(d) for d in least_durations_s])
-    if not cycle_time_s >= least - CYCLE_TIME_TOLERANCE_S:  # also refuses NaN
-        raise CycleTimeTooShort(cycle_time_s, least)
 
 
 class PlanSolver:
@@ -193,14 +141,3 @@ def _new_solver(relative_gap: float) -> Any:
     for update in config.auto_updates:  # between two solutions only the cycle time changes
         config.auto_updates[update] = update == "update_parameters"
     return solver
-
-
-def plan_energy_j(costs: Sequence[VertexCosts], plan: Schedule) -> float:
-    """Objective (3.2) of a plan under given costs. [J]"""
-    waits = plan.post_waits_s + plan.collision_waits_s
-    return sum(
-        float(cost.profile.value(plan.durations_s[v]))
-        + cost.idle_prior_w * float(plan.prior_waits_s[v])
-        + cost.idle_post_w * float(waits[v])
-        for v, cost in enumerate(costs)
-    )

@@ -11,7 +11,7 @@ from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree, process_energy_j
-from robojoule.planning.solver import Schedule
+from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
 

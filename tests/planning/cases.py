@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import Arc, OptimizationGraph, Vertex
-from robojoule.planning.milp import VertexCosts
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.milp import VertexCosts
 from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve, trade_offs
 from robojoule.planning.simulated import RELATIVE_GAP, simulated_plans

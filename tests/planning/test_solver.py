@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import brentq, linprog, minimize
 
 from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
+from robojoule.planning.costs import VertexCosts, plan_energy_j
 from robojoule.planning.graph import Arc, Collision, OptimizationGraph, Phase
-from robojoule.planning.milp import VertexCosts
-from robojoule.planning.solver import PlanSolver, plan_energy_j
+from robojoule.planning.solver import PlanSolver
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from tests.planning.cases import analytic, costs_of, one_robot, ring
 

@@ -16,7 +16,7 @@ from reproduction.experiment.results import (
 )
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.solver import Schedule
+from robojoule.planning.schedule import Schedule
 from robojoule.planning.writeback import CycleRun
 from tests.core_cases import kr16
 from tests.planning.trees import tree

@@ -7,8 +7,9 @@ from reproduction.experiment.gaps import PlanEnergies, bootstrap_mean, gap_rows,
 from reproduction.study.plans import evaluate_plans, path_costs, planned_speed_limits, polynomial_method
 from robojoule.errors import CycleTimeTooShort
 from robojoule.planning.chain import chain_plans
+from robojoule.planning.costs import plan_energy_j
 from robojoule.planning.optimum import DenseProfiles
-from robojoule.planning.solver import PlanSolver, plan_energy_j
+from robojoule.planning.solver import PlanSolver
 from robojoule.planning.writeback import stacked_durations
 from tests.reproduction.study import cases
 
