@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
+from stages.layout import Layout
 
 from benchmarks.measure import rounded, run
 from reproduction.config import load_params
@@ -19,7 +20,6 @@ from reproduction.motions.tables import SAMPLES_SCHEMA, samples_writer, write_ta
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
 from reproduction.predictors.profile_parameters import TARGETS, input_names
 from reproduction.tables import columns
-from stages.layout import Layout
 
 
 def bare_writing_s(layout: Layout, folder: Path) -> float:

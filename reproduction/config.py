@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document, load
 from robojoule.errors import InputError
-from robojoule.robots import load_robot_file, robot_names
+from robojoule.robots import load_robot, load_robot_file, robot_names
+
+if TYPE_CHECKING:
+    from robojoule.robots.robot import Robot
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Percent = Annotated[float, Field(gt=0, le=100)]
@@ -23,6 +26,13 @@ class RobotParams(Document):
     payload_kg: float = Field(ge=0, description="Payload mass, up to the rated payload. [kg]")
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
 
+    def load(self, payload_kg: float | None = None) -> Robot:
+        """The robot with its payload, or with one of another mass in the same place. [kg]"""
+        from robojoule.robots.robot import Payload  # late: brings Pinocchio
+
+        mass_kg = self.payload_kg if payload_kg is None else payload_kg
+        return load_robot(self.name, Payload(mass_kg, self.payload_com_m))
+
 
 class GenerateTreesParams(Document):
     """Random operation trees (thesis Algorithm 1)."""
@@ -31,7 +41,7 @@ class GenerateTreesParams(Document):
     trees: int = Field(ge=2, description="Trees for training and test.")
     test_fraction: Fraction
     experiment_trees: int = Field(ge=3, description="Trees of the plan experiments, never trained on.")
-    points: int = Field(ge=1, le=100, description="Random points a tree.")
+    points: int = Field(ge=1, le=100, description="Random points per tree.")
     budget_rad: tuple[float, float] = Field(description="Smallest and largest budget B of joint changes. [rad]")
     use_whole_budget: bool
 
@@ -47,7 +57,7 @@ class SimulateMotionsParams(Document):
 
     speed_limits_percent: list[Percent] = Field(min_length=5)
     sample_rate_hz: float = Field(ge=250, le=8000)
-    shard_motions: int = Field(ge=1, description="Motions a samples shard.")
+    shard_motions: int = Field(ge=1, description="Motions per shard of the samples.")
 
     @model_validator(mode="after")
     def _rising(self) -> SimulateMotionsParams:
@@ -75,6 +85,13 @@ class NeuralNetworkParams(Document):
     max_epochs: int = Field(ge=1)
 
 
+class TrainProfilePredictorParams(Document):
+    """Predictor of whole profiles."""
+
+    training_trees: int = Field(ge=1, description="Trees it is fitted to, spread over the training trees.")
+    runs_per_motion: int = Field(ge=2, description="Measured runs of each motion that it is fitted to.")
+
+
 class TrainPredictorsParams(Document):
     """Predictors of the energy profile's parameters (thesis 5.2)."""
 
@@ -94,9 +111,12 @@ class ThreeSegmentParams(Document):
 class EvaluatePlansParams(Document):
     """Plans of the experiment trees and their re-simulation."""
 
-    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)
+    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(
+        min_length=1, description="Cycle times as shares of the least one. [%]"
+    )
     krc_segments: list[Annotated[int, Field(ge=1, le=100)]] = Field(min_length=1)
     three_segment: ThreeSegmentParams
+    predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
     payload_sensitivity_kg: list[Annotated[float, Field(ge=0)]]
 
@@ -123,6 +143,7 @@ class Params(Document):
     robot: RobotParams
     generate_trees: GenerateTreesParams
     simulate_motions: SimulateMotionsParams
+    train_profile_predictor: TrainProfilePredictorParams
     train_predictors: TrainPredictorsParams
     evaluate_plans: EvaluatePlansParams
     draw_figures: DrawFiguresParams

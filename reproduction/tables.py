@@ -1,14 +1,17 @@
-"""Tables of the pipeline read and checked: every fault of a file is refused by its name and column."""
+"""Tables of the pipeline: read and checked, so that a fault is refused by file and column, and written."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,7 +75,7 @@ def columns(table: pa.Table, names: Sequence[str], source: str | Path = "feature
         values[:, place] = table[name].to_numpy()
         gaps = int((~np.isfinite(values[:, place])).sum())
         if gaps:
-            raise InputError(f"{gaps} rows are empty or no finite number", file=source, key=name)
+            raise InputError(f"{gaps} rows are empty or not finite numbers", file=source, key=name)
     return values
 
 
@@ -90,3 +93,27 @@ def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *
         )
         if not right:
             raise InputError(f"the column holds {kind}, not {'text' if text else 'numbers'}", file=source, key=name)
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write rows as CSV, atomically; the columns are those of the first row."""
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+def write_parquet(path: Path, table: pa.Table) -> None:
+    """Write a table as Parquet, atomically."""
+    import pyarrow.parquet as pq
+
+    with atomic_path(path) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
+
+
+def table_of_rows(rows: Sequence[Mapping[str, object]], texts: Sequence[str] = ()) -> pa.Table:
+    """Rows as a table; the columns `texts`, which may hold numbers and words, are kept as text."""
+    import pyarrow as pa
+
+    return pa.table({name: [str(row[name]) if name in texts else row[name] for row in rows] for name in rows[0]})

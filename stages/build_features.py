@@ -5,19 +5,20 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 
 from reproduction import features
-from reproduction.config import Params
+from reproduction.config import Params, load_params
+from reproduction.layout import Layout
 from robojoule.documents import atomic_path
-from stages._cli import run
-from stages.layout import Layout
+from stages.cli import run, say
 
 
 def build_features(params: Params, layout: Layout) -> None:
     """Compute the features of every motion and what they show, from the motions, runs and samples."""
+    progress = say("build_features")
     connection = features.connect(layout.motions, layout.samples_dir / "*.parquet", layout.runs)
     for table in (*features.FEATURE_TABLES, *features.FINDING_TABLES):
         features.build(connection, (table,))
         rows = connection.table(table).count("*").fetchall()[0][0]
-        print(f"build_features: {table}, {rows} rows", flush=True)
+        progress(f"{table}, {rows} rows")
     with atomic_path(layout.features) as path:
         pq.write_table(features.fetch(connection, "features"), path)
     for table in features.FINDING_TABLES:
@@ -25,10 +26,5 @@ def build_features(params: Params, layout: Layout) -> None:
             connection.table(table).write_csv(str(path))
 
 
-def main() -> None:
-    """Run the stage from the command line."""
-    run(build_features)
-
-
 if __name__ == "__main__":
-    main()
+    run(build_features, load_params)

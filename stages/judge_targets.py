@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from stages._study import StudyLayout, run, write_parquet, write_table
-
-if TYPE_CHECKING:
-    from reproduction.study.config import StudyParams
-
-NAME = "judge_bars"
+from reproduction.layout import Layout
+from reproduction.study.config import StudyParams, load_study_params
+from reproduction.study.targets import bar_rows
+from reproduction.tables import table_of_rows, write_csv, write_parquet
+from stages.cli import run, say
 
 
-def judge_bars(params: StudyParams, layout: StudyLayout) -> None:
-    """Write one row a bar: value, limit, held or not."""
-    from reproduction.study.targets import bar_rows
-
+def judge_targets(params: StudyParams, layout: Layout) -> None:
+    """Write one row per target: value, limit, reached or not."""
     names = ("motions_errors", "motions_gaps", "robots_errors", "robots_gaps")
-    rows = bar_rows(*(_read(layout.tables_dir / f"{name}.csv") for name in names))
-    write_table(layout.tables_dir / "bars.csv", rows)
-    write_parquet(layout.data_dir / "bars.parquet", rows)
-    held = sum(row["held"] == "yes" for row in rows)
-    print(f"{NAME}: {held} of {len(rows)} bars held", flush=True)
+    rows = bar_rows(*(_read(layout.study_tables_dir / f"{name}.csv") for name in names))
+    write_csv(layout.study_tables_dir / "targets.csv", rows)
+    write_parquet(layout.study_data_dir / "targets.parquet", table_of_rows(rows))
+    reached = sum(row["held"] == "yes" for row in rows)
+    say("judge_targets")(f"{reached} of {len(rows)} targets reached")
 
 
 def _read(path: Path) -> list[dict[str, object]]:
@@ -32,4 +28,4 @@ def _read(path: Path) -> list[dict[str, object]]:
 
 
 if __name__ == "__main__":
-    run(NAME, judge_bars)
+    run(judge_targets, load_study_params, "studies/params.yaml")

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from stages.layout import Layout
 
 from reproduction.config import load_params
 from robojoule.errors import InputError
 from stages.build_features import build_features
-from stages.layout import Layout
 from tests.reproduction.features.synthetic import make
 
 PARAMS = load_params(Path(__file__).parents[2] / "params.yaml")

@@ -5,6 +5,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from stages.layout import Layout
 
 from reproduction.config import Params, load_params
 from reproduction.report.gallery import ENTRIES
@@ -12,7 +13,6 @@ from reproduction.report.merge import merged_claims, merged_metrics
 from reproduction.report.page import report_html
 from robojoule.errors import InputError
 from stages.draw_figures import draw_figures
-from stages.layout import Layout
 from tests.core_cases import kr16
 from tests.reproduction.report import toy
 

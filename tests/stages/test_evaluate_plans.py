@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from stages.layout import Layout
 
 from reproduction.config import Params
 from reproduction.experiment.data import FINAL_POWER_WINDOW_S, read_experiment
@@ -20,7 +21,6 @@ from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 from stages.simulate_motions import robot_of, simulate_motions
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())

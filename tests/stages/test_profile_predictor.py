@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from stages.layout import Layout
 
 from reproduction.config import load_params
 from reproduction.motions.tables import motions_of_trees, motions_table, runs_table
@@ -17,7 +18,6 @@ from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from stages._profile_predictor import REGISTERED, read_measured, record_profile_predictor, train_profile_predictor
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 
 PARAMS = load_params(Path(__file__).parents[2] / "params.yaml")
 SMALL = PARAMS.model_copy(

@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from stages.layout import Layout
 
 from reproduction.config import Params, load_params
 from reproduction.predictors.archive import load
@@ -22,7 +23,6 @@ from reproduction.tracking import store as _tracking
 from robojoule.errors import InputError
 from stages.build_features import build_features
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 from stages.simulate_motions import simulate_motions
 from stages.train_predictors import fit_models, train_predictors, write_tables
 
