@@ -60,6 +60,7 @@ class Parameter:
     confounded_with: tuple[str, ...]
     at_bound: bool
 
+
 @dataclass(frozen=True)
 class Score:
     """Agreement of measured and modelled power over windows of a part of the log.

@@ -98,7 +98,7 @@ def evaluate(vector: ParameterVector, signals: Signals, x: Array, *, use_measure
         torque, bus = measured, copper_and_bus_w(drives, measured, signals.velocity_rad_s)[1]
     moving, drawn = signals.moving.astype(float), np.maximum(bus, 0.0)
     power = mains_power_w(drives, bus, moving)
-    weight = mains_weight(drives, 1.0, bus > 0.0)[:, None]
+    weight = mains_weight(drives, 1.0, (bus > 0.0).astype(float))[:, None]
     gradient = mains_gradient(drives, np.ones_like(bus), drawn, bus, moving)
     gradient |= bus_gradient(drives, *states, torque, weight)[0]
     if measured is not None:

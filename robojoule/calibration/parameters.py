@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
+from robojoule.motion.path_integrals import INERTIAL
 from robojoule.robots.drives import DriveParameters, Gradient
-
-INERTIAL = "inertial"
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,7 @@ class Transform:
 IDENTITY = Transform(value=lambda x: x, inverse=lambda y: y, slope=np.ones_like)
 RECIPROCAL = Transform(value=lambda x: 1.0 / x, inverse=lambda y: 1.0 / y, slope=lambda x: -1.0 / x**2)
 LOG_RATIO = Transform(value=np.exp, inverse=np.log, slope=np.exp)
-LOG_RECIPROCAL = Transform(
-    value=lambda x: np.exp(-x), inverse=lambda y: -np.log(y), slope=lambda x: -np.exp(-x)
-)
+LOG_RECIPROCAL = Transform(value=lambda x: np.exp(-x), inverse=lambda y: -np.log(y), slope=lambda x: -np.exp(-x))
 
 
 def share_of_range(low: float, high: float) -> Transform:
@@ -157,7 +155,7 @@ class ParameterVector:
         self.nominal, self.groups = nominal, groups
         ends = np.cumsum([0, *(part.size for part in groups), inertial]).tolist()
         names = [*(part.name for part in groups), INERTIAL]
-        self._parts = {name: slice(*pair) for name, pair in zip(names, zip(ends[:-1], ends[1:], strict=True), strict=True)}
+        self._parts = {name: slice(*pair) for name, pair in zip(names, pairwise(ends), strict=True)}
         self.size: int = ends[-1]
         self.start = self._joined("start", 0.0)
         self.scale = self._joined("scale", 1.0)
@@ -213,7 +211,9 @@ class ParameterVector:
     def figures(self, x: Array) -> Array:
         """The figures themselves and the inertial coordinates, entry by entry, shape (P,)."""
         values = self.values(x)
-        return np.concatenate([*(np.atleast_1d(part.unit * values[part.name]) for part in self.groups), self.inertial(x)])
+        return np.concatenate(
+            [*(np.atleast_1d(part.unit * values[part.name]) for part in self.groups), self.inertial(x)]
+        )
 
     def slopes(self, x: Array) -> Array:
         """Derivatives of `figures` after their entries, shape (P,)."""
