@@ -24,7 +24,7 @@ from robojoule.calibration.unknowns import Unknowns
 from robojoule.planning.predicted import predicted_costs
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
-from robojoule.robots import load_robot, robot_names
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
 Progress = Callable[[str], None]
@@ -254,7 +254,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
     """Regime (c): every robot of the catalog once left out, then a few of its motions measured."""
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
-    names = list(names or robot_names())
+    names = list(names or list_robots())
     known: dict[str, tuple[Unknowns, Calibration]] = {}
     robots: dict[str, Robot] = {}
     plants: dict[str, Plant] = {}
