@@ -10,10 +10,11 @@ import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
 from reproduction.config import Params
-from reproduction.trees.generate import generate_configurations, joint_travel_rad, tree_from_configurations
+from reproduction.trees.generate import generate_configurations, joint_travel_rad
 from robojoule.documents import atomic_path
 from robojoule.errors import InputError
 from robojoule.formats.tree_files import save_tree
+from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.robots import load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload
