@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robojoule.motion.simulation import MotionPaths
-from robojoule.robots import load_robot, load_robot_file, robot_names
+from robojoule.robots import list_robots, load_robot, load_robot_file
 from robojoule.robots.robot import Payload
 
 PAYLOAD_SHARE = 0.6
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     argparse.ArgumentParser(prog="python -m benchmarks.catalog", description=main.__doc__).parse_args(arguments)
     print("| " + " | ".join(HEADER) + " |")
     print("|" + "---|" * len(HEADER))
-    for name in robot_names():
+    for name in list_robots():
         print("| " + " | ".join(row(name)) + " |")
     return 0
 

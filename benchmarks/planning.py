@@ -13,12 +13,12 @@ import numpy as np
 
 from benchmarks.measure import interleaved, ratio, rounded
 from reproduction.motions.shards import random_motions
-from reproduction.trees.generate import tree_from_configurations
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
 from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
 from robojoule.profile.sampled import sampled_profile
+from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 

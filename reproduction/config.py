@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from robojoule.documents import Document, load
 from robojoule.errors import InputError
-from robojoule.robots import load_robot, load_robot_file, robot_names
+from robojoule.robots import list_robots, load_robot, load_robot_file
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Robot
@@ -150,11 +150,11 @@ class Params(Document):
 
     @model_validator(mode="after")
     def _robot_carries_its_payloads(self) -> Params:
-        if self.robot.name not in robot_names():
+        if self.robot.name not in list_robots():
             raise InputError(
                 f"'{self.robot.name}' is not in the catalog (a file of your own belongs into its folder first)",
                 key="robot.name",
-                allowed=", ".join(robot_names()),
+                allowed=", ".join(list_robots()),
             )
         file = load_robot_file(self.robot.name)
         file.check_payload(self.robot.payload_kg, key="robot.payload_kg")

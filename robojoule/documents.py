@@ -57,20 +57,35 @@ def read_document(path: str | Path) -> Any:
     path = Path(path)
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(f"unknown file type '{path.suffix}'", file=path, allowed=", ".join(_SUFFIXES))
+    text = read_text(path)
     try:
-        text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
             return json.loads(text, object_pairs_hook=_unique_pairs)
         return yaml.load(text, Loader=_UniqueKeyLoader)  # a CSafeLoader: builds plain data only
     except InputError as error:
         raise InputError(error.problem, file=path) from None
+    except (json.JSONDecodeError, yaml.YAMLError) as error:
+        raise _unreadable(path, error) from None
+
+
+def read_text(path: str | Path) -> str:
+    """Read a text file.
+
+    Raises:
+        InputError: The file is missing, unreadable or not UTF-8.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError("there is no such file", file=path) from None
     except UnicodeDecodeError:
         raise InputError("the file is not UTF-8 text", file=path) from None
-    except (OSError, json.JSONDecodeError, yaml.YAMLError) as error:
-        first = " ".join(str(error).split())
-        raise InputError(f"the file cannot be read ({first})", file=path) from None
+    except OSError as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: str | Path, error: Exception) -> InputError:
+    return InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path)
 
 
 def parse(model: type[D], data: Any, source: str | Path) -> D:

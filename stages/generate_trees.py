@@ -6,10 +6,10 @@ import pyarrow.parquet as pq
 
 from reproduction.config import Params, load_params
 from reproduction.layout import Layout
-from reproduction.trees.generate import tree_from_configurations
 from reproduction.trees.sets import EXPERIMENT, draw_trees, trees_table
 from robojoule.documents import atomic_path
 from robojoule.formats.tree_files import save_tree
+from robojoule.programs.operation_tree import tree_from_configurations
 from stages.cli import run, say
 
 

@@ -25,13 +25,14 @@ from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
 from robojoule.planning.costs import VertexCosts
+from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.optimum import solve_optimum
 from robojoule.planning.predicted import predicted_costs
 from robojoule.planning.rule import rule_plan
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
-from robojoule.planning.writeback import CycleRun, simulate_trees, speed_limits_of_plans, write_plan
+from robojoule.planning.writeback import speed_limits_of_plans, write_plan
 from robojoule.profile.predicted import PredictedProfiles
 
 POINT_SPACINGS = ("speed", "duration")

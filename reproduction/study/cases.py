@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from reproduction.study.config import StudyMotionsParams
 from reproduction.study.plant import Plant, PlantPaths
-from reproduction.trees.generate import generate_configurations, tree_from_configurations
+from reproduction.trees.generate import generate_configurations
 from robojoule.arrays import Array
 from robojoule.calibration.run_model import ObservedRuns
 from robojoule.planning.batch import TreeBatch
-from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.operation_tree import OperationTree, tree_from_configurations
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Robot
 

@@ -26,7 +26,7 @@ from robojoule.calibration.run_model import ObservedRuns, run_parameters
 from robojoule.planning.predicted import predicted_costs
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
-from robojoule.robots import load_robot, robot_names
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
 Progress = Callable[[str], None]
@@ -256,7 +256,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
     """Regime (c): every robot of the catalog once left out, then a few of its motions measured."""
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
-    names = list(names or robot_names())
+    names = list(names or list_robots())
     known: dict[str, tuple[ParameterVector, Calibration]] = {}
     robots: dict[str, Robot] = {}
     plants: dict[str, Plant] = {}

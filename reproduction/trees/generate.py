@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import FORMAT, FORMAT_VERSION, MoveOperation, OperationTree
 
 if TYPE_CHECKING:
     from robojoule.robots.collision import CollisionModel
@@ -122,30 +121,6 @@ def retrace(home_rad: ArrayLike, points_rad: ArrayLike) -> Array:
 def joint_travel_rad(configurations_rad: ArrayLike) -> float:
     """Sum of the absolute joint changes along a sequence of configurations, shape (P, n). [rad]"""
     return float(np.abs(np.diff(np.asarray(configurations_rad, dtype=float), axis=0)).sum())
-
-
-def tree_from_configurations(name: str, configurations_rad: ArrayLike, robot_name: str | None = None) -> OperationTree:
-    """Operation tree of fine moves at 100 % through a sequence of configurations.
-
-    Args:
-        name: Name of the tree.
-        configurations_rad: Start and targets, shape (moves + 1, n). [rad]
-        robot_name: Robot for which the tree is written.
-    """
-    configurations = np.asarray(configurations_rad, dtype=float).tolist()
-    width = len(str(len(configurations) - 1))
-    moves = tuple(
-        MoveOperation(name=f"move-{order:0{width}d}", target_rad=tuple(target))
-        for order, target in enumerate(configurations[1:], start=1)
-    )
-    return OperationTree(
-        format=FORMAT,
-        version=FORMAT_VERSION,
-        name=name,
-        robot=robot_name,
-        start_rad=tuple(configurations[0]),
-        operations=moves,
-    )
 
 
 def generate_configurations(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,7 @@ UNITS = {
 WRONG_UNIT_RATIO = 30.0  # measured over expected power beyond which the unit must be wrong
 WRONG_TORQUE_RATIO = 5.0
 IMPOSSIBLE_LOAD_RATIO = 2.5  # torque over effort limit; noise and wrong inertias stay well below
+POOR_R2 = 0.9  # of held-out motions; logs that the model explains reach 0.97 and more
 _SIGNIFICANT_DIGITS = 6
 
 
@@ -117,6 +119,40 @@ class Identification:
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+
+    def __repr__(self) -> str:
+        found = len(self.parameters) - len(self.unidentified)
+        return (
+            f"Identification({self.robot.name!r} from {self.source!r}: parameters={found} of {len(self.parameters)}, "
+            f"held-out r2={self.held_out.r2:.4f}, rmse_percent={self.held_out.rmse_percent:.3g})"
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know before the figures are used, a sentence each."""
+        if self.held_out.r2 >= POOR_R2:
+            return ()
+        return (
+            f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
+            "check that power and positions share one clock, and robot, payload and units",
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Parameters and scores as plain data, ready for JSON."""
+        return {
+            "robot": self.robot.name,
+            "payload_kg": float(self.robot.payload.mass_kg),
+            "log": self.source,
+            "smoothing_s": self.smoothing_s,
+            "with_torque": self.with_torque,
+            "braking_share": self.braking_share,
+            "parameters": [asdict(parameter) for parameter in self.parameters],
+            "unidentified": [parameter.name for parameter in self.unidentified],
+            "training": asdict(self.training),
+            "held_out": asdict(self.held_out),
+            "held_out_catalog": asdict(self.held_out_catalog),
+            "warnings": list(self.warnings),
+        }
 
     @property
     def unidentified(self) -> tuple[Parameter, ...]:

@@ -51,6 +51,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         result = module.run(parsed)
     except InputError as error:
+        if error.key and error.file is None and error.key in vars(parsed):  # said as it was typed
+            error = InputError(error.problem, key=f"--{error.key.replace('_', '-')}", allowed=error.allowed)
         print(f"robojoule {parsed.command}: {error}", file=sys.stderr)
         return 2
     except RobojouleError as error:

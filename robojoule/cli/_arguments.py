@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.errors import InputError
@@ -12,6 +13,13 @@ if TYPE_CHECKING:
     from robojoule.robots.robot import Robot
 
 PAYLOAD_KG = 10.0  # if nothing is said
+
+
+def add_program(parser: argparse.ArgumentParser) -> None:
+    """Add the program."""
+    parser.add_argument(
+        "program", type=Path, metavar="PROGRAM", help="operation tree (YAML, JSON) or joint positions (CSV)"
+    )
 
 
 def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) -> None:
@@ -50,7 +58,7 @@ def joints_of(text: str, robot: Robot, where: str) -> Array:
     """Joint positions in degrees, separated by commas, as radians.
 
     Raises:
-        InputError: Not numbers, or no configuration of this robot.
+        InputError: Not numbers, or not a configuration of this robot.
     """
     import numpy as np
 
@@ -58,6 +66,16 @@ def joints_of(text: str, robot: Robot, where: str) -> Array:
         degrees = [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
-            f"'{text}' is no list of joint positions", key=where, allowed="degrees, comma-separated"
+            f"'{text}' is not a list of joint positions", key=where, allowed="degrees, comma-separated"
         ) from None
     return robot.check_configuration(np.radians(degrees), where)
+
+
+def check_suffix(path: str | Path | None, option: str, *suffixes: str) -> None:
+    """Refuse a file to write before any work is done, unless its suffix is one of some.
+
+    Raises:
+        InputError: It is another one.
+    """
+    if path is not None and Path(path).suffix.lower() not in suffixes:
+        raise InputError(f"unknown file type '{Path(path).suffix}'", key=option, allowed=", ".join(suffixes))

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, robot_of
+from robojoule.cli._arguments import add_robot, check_suffix, robot_of
 from robojoule.errors import InputError
-
-POOR_R2 = 0.9  # of held-out motions; logs that the model explains reach 0.97 and more
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,45 +26,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Read, fit, judge, write."""
-    from robojoule.calibration.identification import identify
+    """Read, identify, write what is asked for."""
+    from robojoule.api import identify
     from robojoule.calibration.log import read_log
-    from robojoule.calibration.signals import WINDOW_S
     from robojoule.documents import write_document
-    from robojoule.plots.identification_plot import check_plot_path, write_plot
+    from robojoule.plots.identification import PLOT_SUFFIXES, write_plot
 
-    if arguments.plot:
-        check_plot_path(arguments.plot)
-    if arguments.out and Path(arguments.out).suffix.lower() not in (".json", ".yaml", ".yml"):
-        raise InputError(f"'{arguments.out}' is no robot file", key="--out", allowed=".json, .yaml, .yml")
+    check_suffix(arguments.plot, "--plot", *PLOT_SUFFIXES)
+    check_suffix(arguments.out, "--out", ".json", ".yaml", ".yml")
     robot = robot_of(arguments)
     log = read_log(arguments.log, robot, _torque_constants(arguments.torque_constants))
-    result = identify(
-        log,
-        robot,
-        smoothing_s=arguments.smoothing,
-        window_s=WINDOW_S if arguments.window is None else arguments.window,
-    )
+    result = identify(log, robot, smoothing_s=arguments.smoothing, window_s=arguments.window)
     if arguments.out:
         write_document(arguments.out, result.robot_file(arguments.name).model_dump(mode="json"))
     if arguments.plot:
         write_plot(result, arguments.plot)
-    return {
-        "robot": robot.name,
-        "payload_kg": robot.payload.mass_kg,
-        "log": arguments.log,
-        "samples": len(log.time_s),
-        "smoothing_s": result.smoothing_s,
-        "with_torque": result.with_torque,
-        "braking_share": result.braking_share,
-        "parameters": [asdict(parameter) for parameter in result.parameters],
-        "unidentified": [parameter.name for parameter in result.unidentified],
-        "training": asdict(result.training),
-        "held_out": asdict(result.held_out),
-        "held_out_catalog": asdict(result.held_out_catalog),
-        "out": arguments.out,
-        "plot": arguments.plot,
-    }
+    return {**result.to_dict(), "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
 
 
 def _torque_constants(text: str | None) -> list[float] | None:
@@ -103,11 +76,8 @@ def show(result: dict[str, Any]) -> None:
         part = f"{title:18} {score['motions']:4d} motions {score['duration_s']:7.1f} s  R2 {score['r2']:.4f}  "
         rmse = f"RMSE {score['rmse_w']:.1f} W ({score['rmse_percent']:.2f} %)  "
         print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")
-    if result["held_out"]["r2"] < POOR_R2:
-        print(
-            f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
-            "check that power and positions share one clock, and robot, payload and units"
-        )
+    for warning in result["warnings"]:
+        print(f"warning: {warning}")
     for key in ("out", "plot"):
         if result[key]:
             print(f"written: {result[key]}")

@@ -8,16 +8,14 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, robot_of
-from robojoule.errors import InputError
+from robojoule.cli._arguments import add_program, add_robot, check_suffix, robot_of
 
-COLUMNS = ("cycle_time_s", "energy_j", "marginal_power_w")
 _ROWS_SHOWN = 12
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, range and outputs."""
-    parser.add_argument("program", type=Path, metavar="PROGRAM", help="operation tree (YAML or JSON)")
+    add_program(parser)
     add_robot(parser)
     parser.add_argument(
         "--until",
@@ -30,55 +28,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Simulate where needed, merge the profiles, write what is asked for."""
+    """Compute the curve, and write what is asked for."""
+    from robojoule.api import pareto
     from robojoule.documents import write_text
-    from robojoule.formats.tree_files import load_tree
-    from robojoule.planning.batch import TreeBatch
-    from robojoule.planning.pareto import trade_offs
+    from robojoule.formats.registry import load_program
 
-    if arguments.plot is not None and arguments.plot.suffix.lower() != ".svg":
-        raise InputError(f"'{arguments.plot.name}' is no vector drawing", key="--plot", allowed="a name with .svg")
-    robot = robot_of(arguments)
-    tree = load_tree(arguments.program, robot)
-    batch = TreeBatch(robot, [tree])
-    found = trade_offs(batch)[0]
-    curve = found.curve
-    last = curve.best if arguments.until == "least" else curve.cycle_times_s.size - 1
-    columns = (curve.cycle_times_s, curve.energies_j, curve.marginal_powers_w)
-    rows = zip(*(column[: last + 1].tolist() for column in columns), strict=True)
-    points = [dict(zip(COLUMNS, row, strict=True)) for row in rows]
-    result: dict[str, Any] = {
-        "program": tree.name,
-        "robot": robot.name,
-        "payload_kg": robot.payload.mass_kg,
-        "least_cycle_time_s": float(curve.cycle_times_s[0]),
-        "energy_fastest_j": float(curve.energies_j[0]),
-        "best_cycle_time_s": float(curve.cycle_times_s[curve.best]),
-        "best_energy_j": float(curve.energies_j[curve.best]),
-        "waiting_cycle_time_s": float(curve.cycle_times_s[-1]),
-        "waiting_power_w": float(curve.marginal_powers_w[-1]),
-        "largest_gap_percent": 100.0 * found.largest_gap,
-        "hull_excess_j": float(curve.hull_excess_j[:last].max(initial=0.0)),
-        "simulated_runs": found.runs,
-        "moves": len(batch.d_min_s),
-        "points": points,
-        "csv": str(arguments.csv) if arguments.csv is not None else None,
-        "plot": str(arguments.plot) if arguments.plot is not None else None,
-    }
-    drawing = None
-    if arguments.plot is not None:
-        from robojoule.plots.pareto_plot import drawing_of
-
-        drawing = drawing_of(result)
+    check_suffix(arguments.plot, "--plot", ".svg")
+    result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
     if arguments.csv is not None:
         text = io.StringIO()
-        writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+        writer = csv.DictWriter(text, list(result["points"][0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(points)
+        writer.writerows(result["points"])
         write_text(arguments.csv, text.getvalue())
-    if drawing is not None:
-        write_text(arguments.plot, drawing)
-    return result
+    if arguments.plot is not None:
+        from robojoule.plots.pareto import drawing_of
+
+        write_text(arguments.plot, drawing_of(result))
+    return {**result, **{name: str(path) if (path := getattr(arguments, name)) else None for name in ("csv", "plot")}}
 
 
 def show(result: dict[str, Any]) -> None:

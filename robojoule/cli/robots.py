@@ -14,10 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """List the catalog."""
-    from robojoule.robots import load_robot_file, robot_names
+    from robojoule.robots import list_robots, load_robot_file
 
     rows = []
-    for name in robot_names():
+    for name in list_robots():
         file = load_robot_file(name)
         rows.append(
             {

@@ -1,4 +1,4 @@
-"""Operation trees as YAML or JSON files: reading with clear errors, checking against a robot, writing, JSON Schema."""
+"""Operation trees as YAML or JSON files: reading with clear errors, writing, JSON Schema."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from robojoule.programs.operation_tree import (
     ProcessOperation,
     WaitOperation,
 )
+from robojoule.programs.program import Program, check_tree
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Robot
@@ -31,6 +32,21 @@ _MODELS: dict[str, type[BaseModel]] = {
     "wait": WaitOperation,
     "process": ProcessOperation,
 }
+
+
+class TreeFiles:
+    """Files of operation trees; angles in radians or degrees when read, in radians when written."""
+
+    name = "operation tree"
+    suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
+
+    def read(self, path: Path) -> Program:
+        """Read a file; see `robojoule.formats.registry.Format`."""
+        return Program(load_tree(path), path, self.name)
+
+    def write(self, program: Program, path: Path) -> None:
+        """Write a file; see `robojoule.formats.registry.Format`."""
+        save_tree(program.tree, path)
 
 
 def load_tree(path: str | Path, robot: Robot | None = None) -> OperationTree:
@@ -65,32 +81,6 @@ def parse_tree(data: Any, source: str | Path) -> OperationTree:
         return OperationTree.model_validate(data)
     except ValidationError as error:
         raise _explain(error, data, source) from None
-
-
-def check_tree(tree: OperationTree, robot: Robot, source: str | Path | None = None) -> None:
-    """Check that a robot can execute the tree: name, joint count and joint limits of every configuration.
-
-    Args:
-        tree: Tree to check.
-        robot: Robot that shall execute it.
-        source: Name of the file for messages.
-
-    Raises:
-        InputError: First violation, naming the operation and the joint.
-    """
-    if tree.robot is not None and tree.robot != robot.name:
-        raise InputError(
-            f"the tree is written for robot '{tree.robot}', not for '{robot.name}'", file=source, key="robot"
-        )
-    configurations = [("start_rad", "the start", tree.start_rad)]
-    for key, operation in tree.walk():
-        if isinstance(operation, MoveOperation):
-            configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
-    for key, what, values in configurations:
-        try:
-            robot.check_configuration(values)
-        except InputError as error:
-            raise InputError(f"{what}: {error.problem}", file=source, key=key, allowed=error.allowed) from None
 
 
 def save_tree(tree: OperationTree, path: str | Path) -> None:

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
-from robojoule.formats.tree_files import check_tree
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.program import check_tree
 from robojoule.robots.robot import Robot
 
 SLOWEST_SPEED_LIMIT = 0.1  # the slowest run that a profile knows (thesis 4.3)

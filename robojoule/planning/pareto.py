@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,7 @@ from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 RELATIVE_ERROR = 5e-4  # of each motion's profile
+POINT_COLUMNS = ("cycle_time_s", "energy_j", "marginal_power_w")
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,18 +149,32 @@ def _excess_j(profile: PiecewiseLinearProfile, hull: PiecewiseLinearProfile) -> 
 
 
 @dataclass(frozen=True, eq=False)
-class TreeTradeOff:
-    """Energy over cycle time of one tree from simulated runs.
+class TradeOff:
+    """Energy over cycle time of one program from simulated runs.
 
     Attributes:
+        program: Name of the program.
+        robot: Name of the robot.
+        payload_kg: What the robot carries. [kg]
         curve: What plans on the profiles above the true ones take: it can be executed.
         bound: The same on the profiles below: no plan can undercut it.
         runs: Simulated runs of all motions.
     """
 
+    program: str
+    robot: str
+    payload_kg: float
     curve: ParetoCurve
     bound: ParetoCurve
     runs: int
+
+    def __repr__(self) -> str:
+        times, energies = self.curve.cycle_times_s, self.curve.energies_j
+        best = self.curve.best
+        return (
+            f"TradeOff({self.program!r} on {self.robot!r}: {energies[0]:.6g} J in {times[0]:.6g} s to "
+            f"{energies[best]:.6g} J in {times[best]:.6g} s, breakpoints={times.size})"
+        )
 
     @property
     def largest_gap(self) -> float:
@@ -169,8 +185,35 @@ class TreeTradeOff:
         times, energies = self.curve.cycle_times_s[1:], self.curve.energies_j[1:]
         return float(np.max(1.0 - self.bound.energy_j(times) / energies, initial=0.0))
 
+    def to_dict(self, *, until: Literal["least", "waiting"] = "waiting") -> dict[str, Any]:
+        """The trade-off as plain data, ready for JSON.
 
-def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> list[TreeTradeOff]:
+        Args:
+            until: Where the points end: at the least energy, or where all further time is waited.
+        """
+        curve = self.curve
+        last = curve.best if until == "least" else curve.cycle_times_s.size - 1
+        columns = (curve.cycle_times_s, curve.energies_j, curve.marginal_powers_w)
+        rows = zip(*(column[: last + 1].tolist() for column in columns), strict=True)
+        return {
+            "program": self.program,
+            "robot": self.robot,
+            "payload_kg": self.payload_kg,
+            "least_cycle_time_s": float(curve.cycle_times_s[0]),
+            "energy_fastest_j": float(curve.energies_j[0]),
+            "best_cycle_time_s": float(curve.cycle_times_s[curve.best]),
+            "best_energy_j": float(curve.energies_j[curve.best]),
+            "waiting_cycle_time_s": float(curve.cycle_times_s[-1]),
+            "waiting_power_w": float(curve.marginal_powers_w[-1]),
+            "largest_gap_percent": 100.0 * self.largest_gap,
+            "hull_excess_j": float(curve.hull_excess_j[:last].max(initial=0.0)),
+            "simulated_runs": self.runs,
+            "moves": len(curve.least_durations_s),
+            "points": [dict(zip(POINT_COLUMNS, row, strict=True)) for row in rows],
+        }
+
+
+def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> list[TradeOff]:
     """Energy over cycle time of every tree of a batch, with true idle power.
 
     Args:
@@ -194,5 +237,7 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
             )
             for side in ([pair.above for pair in pairs], [pair.below for pair in pairs])
         )
-        result.append(TreeTradeOff(curve, bound, int(profiles.runs[rows].sum())))
+        runs = int(profiles.runs[rows].sum())
+        robot = batch.robot
+        result.append(TradeOff(batch.trees[tree].name, robot.name, float(robot.payload.mass_kg), curve, bound, runs))
     return result

@@ -1,41 +1,16 @@
-"""Close the loop (thesis 2.1.2): plan -> speed limits and waits in the operation tree -> simulation of that tree."""
+"""Write plans back (thesis 2.1.2): speed limits and waits in operation trees."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.graph import OptimizationGraph, graph_of_tree, process_energy_j
+from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
-
-
-@dataclass(frozen=True, eq=False)
-class CycleRun:
-    """Simulation of one cycle of a tree, in the order of its vertices.
-
-    Attributes:
-        speed_limits: Speed limit of each motion, shape (V,), fractions in (0, 1].
-        durations_s: Shape (V,). [s]
-        prior_waits_s: Wait before each motion, shape (V,). [s]
-        post_waits_s: Wait after each motion, shape (V,). [s]
-        vertex_energies_j: Energy of each motion with its waits, shape (V,). [J]
-        energy_j: Energy of the cycle with waits and process steps. [J]
-        cycle_time_s: Length of the cycle. [s]
-    """
-
-    speed_limits: Array
-    durations_s: Array
-    prior_waits_s: Array
-    post_waits_s: Array
-    vertex_energies_j: Array
-    energy_j: float
-    cycle_time_s: float
 
 
 def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]]) -> Array:
@@ -56,6 +31,25 @@ def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]])
 def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
     """Durations of K plans for each tree, shape (M, K). [s]"""
     return np.concatenate([np.stack([plan.durations_s for plan in row], axis=1) for row in plans])
+
+
+def write_plans(
+    batch: TreeBatch, plans: Sequence[Sequence[Schedule]], speed_limits: Array | None = None
+) -> list[list[OperationTree]]:
+    """Write K plans into each tree of a batch; see `write_plan`.
+
+    Args:
+        batch: Trees.
+        plans: K plans for each tree.
+        speed_limits: Speed limits of the motions, shape (M, K); the lowest that keep the plans' durations if not
+            given. [-]
+    """
+    limits = speed_limits_of_plans(batch, plans) if speed_limits is None else speed_limits
+    durations = batch.paths.durations(limits)
+    return [
+        [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k]) for k, plan in enumerate(row)]
+        for tree, graph, rows, row in zip(batch.trees, batch.graphs, batch.rows, plans, strict=True)
+    ]
 
 
 def write_plan(
@@ -105,63 +99,3 @@ def _shorten(prior: Array, post: Array, least_prior: Array, least_post: Array, b
         taken = min(float(waits[v] - least[v]), by_s)
         waits[v] -= taken
         by_s -= taken
-
-
-def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]]) -> list[list[CycleRun]]:
-    """Simulate trees as they stand: their speed limits, waits and process steps.
-
-    Args:
-        batch: The trees before planning; the written ones must have the same configurations.
-        written: K written trees for each tree of the batch.
-
-    Returns:
-        K runs for each tree.
-
-    Raises:
-        InputError: A written tree goes elsewhere than the batch's.
-    """
-    for tree, variants in zip(batch.trees, written, strict=True):
-        for variant in variants:
-            if not np.array_equal(variant.configurations_rad(), tree.configurations_rad()):
-                raise InputError(f"the written tree does not visit the configurations of '{tree.name}'")
-    limits = np.concatenate(
-        [
-            np.array([[move.speed_limit_percent / 100.0 for move in variant.moves()] for variant in variants]).T
-            for variants in written
-        ]
-    )
-    runs = batch.paths.simulate(limits)
-    result = []
-    for rows, variants in zip(batch.rows, written, strict=True):
-        result.append(
-            [
-                _cycle_run(
-                    variant,
-                    limits[rows, k],
-                    runs.duration_s[rows, k],
-                    runs.energy_j[rows, k],
-                    batch.idle_prior_w[rows],
-                    batch.idle_post_w[rows],
-                )
-                for k, variant in enumerate(variants)
-            ]
-        )
-    return result
-
-
-def _cycle_run(
-    tree: OperationTree, limits: Array, durations: Array, energies: Array, idle_prior_w: Array, idle_post_w: Array
-) -> CycleRun:
-    vertices = graph_of_tree(tree).vertices
-    prior = np.array([vertex.least_prior_wait_s for vertex in vertices])
-    post = np.array([vertex.least_post_wait_s for vertex in vertices])
-    vertex_energies = energies + idle_prior_w * prior + idle_post_w * post
-    return CycleRun(
-        speed_limits=limits,
-        durations_s=durations,
-        prior_waits_s=prior,
-        post_waits_s=post,
-        vertex_energies_j=vertex_energies,
-        energy_j=float(vertex_energies.sum()) + process_energy_j(tree),
-        cycle_time_s=float((prior + durations + post).sum()),
-    )

@@ -7,14 +7,15 @@ immutable: a plan is written back with `OperationTree.with_plan`, which returns 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 from pydantic import ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
 
@@ -231,7 +232,7 @@ class OperationTree(Document):
         """Moves in order of execution."""
         return tuple(operation for operation in self.atomic() if isinstance(operation, MoveOperation))
 
-    def configurations_rad(self) -> NDArray[np.float64]:
+    def configurations_rad(self) -> Array:
         """Joint configurations from the start on: (moves + 1, joints). [rad]
 
         Raises:
@@ -289,3 +290,35 @@ class OperationTree(Document):
 
 CompoundOperation.model_rebuild()
 OperationTree.model_rebuild()
+
+
+def tree_from_configurations(
+    name: str,
+    configurations_rad: ArrayLike,
+    robot_name: str | None = None,
+    *,
+    move_names: Sequence[str | None] | None = None,
+) -> OperationTree:
+    """Operation tree of fine moves at 100 % through a sequence of configurations.
+
+    Args:
+        name: Name of the tree.
+        configurations_rad: Start and targets, shape (moves + 1, n). [rad]
+        robot_name: Robot for which the tree is written.
+        move_names: Names of the moves; by their number where there is none.
+    """
+    start, *targets = np.asarray(configurations_rad, dtype=float).tolist()
+    width = len(str(len(targets)))
+    names = move_names if move_names is not None else [None] * len(targets)
+    moves = tuple(
+        MoveOperation(name=given or f"move-{order:0{width}d}", target_rad=tuple(target))
+        for order, (given, target) in enumerate(zip(names, targets, strict=True), start=1)
+    )
+    return OperationTree(
+        format=FORMAT,
+        version=FORMAT_VERSION,
+        name=name,
+        robot=robot_name,
+        start_rad=tuple(start),
+        operations=moves,
+    )

@@ -23,7 +23,7 @@ def _catalog() -> Path:
     return Path(str(resources.files("robojoule.robots") / "catalog"))
 
 
-def robot_names() -> list[str]:
+def list_robots() -> list[str]:
     """Names of the catalog's robots, sorted."""
     return sorted(path.stem for path in _catalog().glob("*.json"))
 
@@ -55,25 +55,38 @@ def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
         raise InputError("a drive file goes with a URDF only: a robot file holds its drives", file=drives)
     if suffix in (".json", ".yaml", ".yml"):
         return load(RobotFile, path), str(path)
-    if str(name) not in robot_names():
-        allowed = f"{', '.join(robot_names())}, or the path of a robot file or URDF"
+    if str(name) not in list_robots():
+        allowed = f"{', '.join(list_robots())}, or the path of a robot file or URDF"
         raise InputError(f"unknown robot '{name}'", allowed=allowed)
     path = catalog_path(str(name))
     return load(RobotFile, path), str(path)
 
 
-def load_robot(name: str | Path, payload: Payload | None = None, *, drives: str | Path | None = None) -> Robot:
+def load_robot(
+    name: str | Path,
+    payload: Payload | None = None,
+    *,
+    payload_kg: float | None = None,
+    drives: str | Path | None = None,
+) -> Robot:
     """Load a robot from the catalog, a robot file or a URDF.
 
     Args:
         name: Catalog name, or path of a robot file (YAML or JSON) or URDF.
         payload: What it carries; nothing if not given.
+        payload_kg: Its mass alone, instead of `payload`; its centre of mass is `Payload`'s. [kg]
         drives: Drive file of a URDF; if not given, the one beside it.
 
     Raises:
         InputError: Unknown name, a bad robot file, URDF or drive file, or a payload above the rated one.
     """
-    from robojoule.robots.robot import Robot  # late: brings Pinocchio
+    from robojoule.robots.robot import Payload, Robot  # late: brings Pinocchio
 
+    if payload is not None and not isinstance(payload, Payload):
+        raise InputError(f"{payload!r} is not a payload", key="payload", allowed="a Payload, or a mass as payload_kg")
+    if payload_kg is not None:
+        if payload is not None:
+            raise InputError("a payload and its mass are both given", key="payload_kg", allowed="one of both")
+        payload = Payload(payload_kg)
     file, source = _load(name, drives)
     return Robot(file, payload, source)

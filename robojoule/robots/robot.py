@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +22,7 @@ LIMIT_TOLERANCE_RAD = 1e-9  # rounding of degrees to radians must not push a joi
 
 @dataclass(frozen=True)
 class Payload:
-    """What the robot carries.
+    """What the robot carries; nothing unless said.
 
     Attributes:
         mass_kg: Mass. [kg]
@@ -30,12 +31,12 @@ class Payload:
             same mass if not given. [kg m2]
     """
 
-    mass_kg: float = 10.0
+    mass_kg: float = 0.0
     com_m: tuple[float, float, float] = (0.0, 0.0, 0.1)
     inertia_kg_m2: Array | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.mass_kg) or self.mass_kg < 0:
+        if not isinstance(self.mass_kg, Real) or not 0 <= self.mass_kg < float("inf"):
             raise InputError(f"the payload mass {self.mass_kg} is not a mass", allowed="0 kg or more")
         if not np.all(np.isfinite(self.com_m)):
             raise InputError("the payload's centre of mass is not finite")
@@ -87,7 +88,7 @@ class Robot:
         self.source = source if source is not None else file.name
         self.name = file.name
         self.vendor = file.vendor
-        self.payload = payload if payload is not None else Payload(0.0)
+        self.payload = payload if payload is not None else Payload()
         file.check_payload(self.payload.mass_kg)
         joints = file.moving_joints
         self.joint_names: tuple[str, ...] = tuple(joint.name for joint in joints)
@@ -99,6 +100,9 @@ class Robot:
         self.home_rad = _frozen(file.home_rad)
         self.drives = _drives(file, self.joint_names)
         self.model = self._build_model()
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, {self.joint_count} joints, payload {self.payload.mass_kg:g} kg)"
 
     def _build_model(self) -> pin.Model:
         """Build the Pinocchio model; links behind fixed joints are merged into the moving link before them."""

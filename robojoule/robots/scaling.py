@@ -40,7 +40,7 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.documents import parse, read_document, write_document
-from robojoule.robots import catalog_path, load_robot_file, robot_names
+from robojoule.robots import catalog_path, list_robots, load_robot_file
 from robojoule.robots.anchors import AnchorFile, Kr300, load_anchors, load_kr300
 from robojoule.robots.collision import derive_capsules
 from robojoule.robots.effort import EffortRule, limits
@@ -274,7 +274,7 @@ _CAPSULES_NOTE = "scaled: derived from the kinematics (robojoule.robots.collisio
 
 def load_scaling() -> Scaling:
     """The laws over the whole catalog."""
-    return Scaling(load_anchors(), load_kr300(), {name: load_robot_file(name) for name in robot_names()})
+    return Scaling(load_anchors(), load_kr300(), {name: load_robot_file(name) for name in list_robots()})
 
 
 def rebuilt_entries() -> dict[str, dict[str, Any]]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reproduction.trees.generate import tree_from_configurations
 from robojoule.formats.tree_files import save_tree
+from robojoule.programs.operation_tree import tree_from_configurations
 
 
 @pytest.fixture(scope="session")

@@ -82,14 +82,14 @@ BAD = {
     "unknown robot": (["--robot", "kr17", *MOVE[2:]], "unknown robot 'kr17'"),
     "joint count": ([*MOVE[:3], "0,0", *MOVE[4:]], "--from: 2 joint positions given"),
     "beyond": ([*MOVE[:3], "0,90,0,0,0,0", *MOVE[4:]], "--from: joint_2 = 1.5708 rad"),
-    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is no list of joint positions"),
+    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is not a list of joint positions"),
     "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
     "payload above the rated one": (
         [*MOVE, "--payload", "20"],
         "a payload of 20 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
     ),
     "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
-    "plot": ([*MOVE, "--plot", "x.gif"], "--plot: 'x.gif' is no image file; allowed: .svg"),
+    "plot": ([*MOVE, "--plot", "x.gif"], "--plot: unknown file type '.gif'; allowed: .svg"),
     "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
 }
 
@@ -158,9 +158,9 @@ def test_the_fastest_cycle_is_no_better_than_its_bound(program, capsys):
 
 BAD_CYCLES = {
     "too short": ("0.5", "the cycle time 0.5 s is shorter than the fastest cycle; allowed: at least"),
-    "text": ("fast", "--cycle-time: 'fast' is no cycle time; allowed: seconds (7.5) or a share (+10%)"),
-    "negative": ("-3", "no cycle time"),
-    "not finite": ("nan", "no cycle time"),
+    "text": ("fast", "--cycle-time: 'fast' is not a valid cycle time; allowed: seconds (7.5), or a share above the"),
+    "negative": ("-3", "is not a valid cycle time"),
+    "not finite": ("nan", "is not a valid cycle time"),
 }
 
 

@@ -46,7 +46,7 @@ def test_a_poor_fit_is_said(log_file, tmp_path, capsys):
     path = tmp_path / "late.csv"
     csv.write_csv(table.set_column(table.column_names.index("power_w"), "power_w", late), path)
     assert main(["identify", str(path), "--robot", ROBOT]) == 0
-    assert "poor fit (R2 below 0.9): the energy model does not explain this log" in capsys.readouterr().out
+    assert "warning: poor fit (R2 below 0.9): the energy model does not explain this log" in capsys.readouterr().out
 
 
 def test_prints_a_table(log_file, capsys):
@@ -62,8 +62,8 @@ def test_prints_a_table(log_file, capsys):
     [
         (["none.csv", "--robot", ROBOT], "none.csv: there is no such file"),
         (["LOG", "--robot", "r2d2"], "unknown robot 'r2d2'"),
-        (["LOG", "--robot", ROBOT, "--out", "a.txt"], "--out: 'a.txt' is no robot file"),
-        (["LOG", "--robot", ROBOT, "--plot", "a.txt"], "--plot: 'a.txt' is no image file"),
+        (["LOG", "--robot", ROBOT, "--out", "a.txt"], "--out: unknown file type '.txt'; allowed: .json, .yaml, .yml"),
+        (["LOG", "--robot", ROBOT, "--plot", "a.txt"], "--plot: unknown file type '.txt'; allowed: .svg, .png, .pdf"),
         (["LOG", "--robot", ROBOT, "--torque-constants", "a"], "--torque-constants: 'a' is not a list"),
         (["LOG", "--robot", ROBOT, "--window", "0"], "0.0 s is no length for the window"),
     ],

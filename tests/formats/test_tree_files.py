@@ -9,7 +9,6 @@ import yaml
 
 from robojoule.errors import InputError
 from robojoule.formats.tree_files import (
-    check_tree,
     load_tree,
     operation_tree_schema,
     parse_tree,
@@ -331,13 +330,6 @@ def test_saved_data_fits_the_schema():
     jsonschema.Draft202012Validator(published_schema()).validate(
         json.loads(json.dumps(tree_to_data(parse_tree(example(), "x"))))
     )
-
-
-def test_check_tree_accepts_a_good_tree(robot):
-    check_tree(parse_tree(example(), "x"), robot)
-    data = example()
-    del data["robot"]
-    check_tree(parse_tree(data, "x"), robot)
 
 
 def test_published_schema_is_in_sync_and_valid():

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from robojoule.motion.recursion import path_points
-from robojoule.robots import load_robot, robot_names
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload
 
 
@@ -27,7 +27,7 @@ def check(model: pin.Model, states: int) -> None:
         assert np.abs(part - exact).max() <= 1e-13 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", list_robots())
 def test_every_robot_of_the_catalog(name):
     check(load_robot(name, Payload(3.0, (0.02, -0.05, 0.1))).model, 12)
 

@@ -6,12 +6,13 @@ import pytest
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
+from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve, trade_offs
 from robojoule.planning.simulated import RELATIVE_GAP, simulated_plans
 from robojoule.planning.solver import PlanSolver
-from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
+from robojoule.planning.writeback import write_plans
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -137,13 +138,8 @@ def test_plans_from_few_runs_are_near_the_optimum(batch):
     times = batch.least_cycles_s[:, None] * np.array([1.0, 1.1, 1.5, 2.0])
     found = simulated_plans(batch, times)
     best = optimal_plans(batch, times, speed_limits=61)
-    limits = speed_limits_of_plans(batch, found.plans)
-    durations = batch.paths.durations(limits)
-    written = [
-        [write_plan(t, graph, plan, limits[rows, k], durations[rows, k]) for k, plan in enumerate(plans)]
-        for t, graph, rows, plans in zip(batch.trees, batch.graphs, batch.rows, found.plans, strict=True)
-    ]
-    for runs, plans, optimum in zip(simulate_trees(batch, written), found.plans, best, strict=True):
+    simulated = simulate_trees(batch, write_plans(batch, found.plans))
+    for runs, plans, optimum in zip(simulated, found.plans, best, strict=True):
         for run, plan, least in zip(runs, plans, optimum, strict=True):
             assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-6)
             assert run.energy_j <= plan.energy_j * (1.0 + 1e-6)  # the model promises no less than what happens

@@ -3,7 +3,7 @@ import pytest
 
 from robojoule.errors import InputError
 from robojoule.formats.tree_files import parse_tree
-from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.operation_tree import OperationTree, tree_from_configurations
 
 HOME_DEG = [0, -90, 90, 0, 0, 0]
 
@@ -89,3 +89,11 @@ def test_bad_plan_is_refused(plan, waits, message):
 def test_trees_cannot_be_changed():
     with pytest.raises(ValueError, match="frozen"):
         tree().moves()[0].speed_limit_percent = 3
+
+
+def test_tree_of_configurations():
+    tree = tree_from_configurations("t", [[0, 1], [1, 2], [0, 1]], "arm")
+    assert [move.name for move in tree.moves()] == ["move-1", "move-2"]
+    assert all(move.is_fine and move.speed_limit_percent == 100 for move in tree.moves())
+    assert tree.configurations_rad().tolist() == [[0, 1], [1, 2], [0, 1]]
+    assert tree.robot == "arm"

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from robojoule.motion.simulation import MotionPaths
-from robojoule.robots import load_robot, load_robot_file, robot_names
+from robojoule.robots import list_robots, load_robot, load_robot_file
 from robojoule.robots.anchors import load_anchors
 from robojoule.robots.collision import CollisionModel, derive_capsules
 from robojoule.robots.drives import idle_power_w
@@ -17,7 +17,7 @@ from robojoule.robots.robot_file import FigureGroup
 PAYLOAD_SHARE = 0.6
 # A turn of the base, a lean forward with the forearm kept level, and a bit of wrist, from beside HOME. [deg]
 LEANING = {"KUKA": -20.0, "FANUC": 20.0, "Universal Robots": -20.0}
-NAMES = robot_names()
+NAMES = list_robots()
 
 
 @cache

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.robots import load_robot, robot_names
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import PAYLOAD_DENSITY_KG_M3, Payload
 from tests.core_cases import kr16
 
@@ -77,4 +77,29 @@ def test_bad_configurations(q, message):
 def test_unknown_robot_lists_the_catalog():
     with pytest.raises(InputError, match=r"unknown robot 'kr17'; allowed: .*kuka_kr16_r2010_2"):
         load_robot("kr17")
-    assert "kuka_kr16_r2010_2" in robot_names()
+    assert "kuka_kr16_r2010_2" in list_robots()
+
+
+def test_nothing_is_carried_unless_said():
+    assert load_robot("kuka_kr16_r2010_2").payload == Payload() == Payload(0.0)
+    by_mass, by_payload = (load_robot("kuka_kr16_r2010_2", **{key: value}) for key, value in PAYLOADS_OF_5_KG.items())
+    assert by_mass.payload == by_payload.payload == load_robot("kuka_kr16_r2010_2", Payload(5.0)).payload
+
+
+PAYLOADS_OF_5_KG = {"payload_kg": 5.0, "payload": Payload(5.0)}
+BAD_LOADS = {
+    "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of both"),
+    "number": ({"payload": 5.0}, "payload: 5.0 is not a payload; allowed: a Payload, or a mass as payload_kg"),
+    "text": ({"payload_kg": "five"}, "the payload mass five is not a mass; allowed: 0 kg or more"),
+    "too much": ({"payload_kg": 17}, "a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for"),
+}
+
+
+@pytest.mark.parametrize("arguments, message", BAD_LOADS.values(), ids=BAD_LOADS.keys())
+def test_bad_loads(arguments, message):
+    with pytest.raises(InputError, match=message):
+        load_robot("kuka_kr16_r2010_2", **arguments)
+
+
+def test_a_robot_says_what_it_is():
+    assert repr(kr16(5.0)) == "Robot('kuka_kr16_r2010_2', 6 joints, payload 5 kg)"

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from robojoule.robots import catalog_path, load_robot_file, robot_names
+from robojoule.robots import catalog_path, list_robots, load_robot_file
 from robojoule.robots.anchors import load_anchors
 from robojoule.robots.effort import EffortRule, limits, needs
 from robojoule.robots.scaling import JointNumbers, load_scaling, main, rebuilt_entries
@@ -38,15 +38,15 @@ def assert_equal_figures(ours, theirs, key):
 
 def test_committed_entries_are_what_the_laws_give(rebuilt):
     """If this fails because an anchor has changed: python -m robojoule.robots.scaling."""
-    assert set(rebuilt) == set(robot_names()) - {load_anchors().fitted}
+    assert set(rebuilt) == set(list_robots()) - {load_anchors().fitted}
     for name, data in rebuilt.items():
         assert_equal_figures(data, json.loads(catalog_path(name).read_text()), name)
 
 
 def test_check_mode_changes_nothing(capsys):
-    before = {name: catalog_path(name).read_bytes() for name in robot_names()}
+    before = {name: catalog_path(name).read_bytes() for name in list_robots()}
     main(["--check"])
-    assert before == {name: catalog_path(name).read_bytes() for name in robot_names()}
+    assert before == {name: catalog_path(name).read_bytes() for name in list_robots()}
 
 
 def test_the_laws_give_the_anchor_back(scaling):
@@ -148,6 +148,6 @@ def test_needs_of_one_rod():
 
 
 def test_placeholders_are_marked_as_scaled():
-    for name in robot_names():
+    for name in list_robots():
         kind = load_robot_file(name).provenance["effort"].kind
         assert kind == ("scaled" if name.startswith("fanuc_") else "published")

@@ -5,7 +5,7 @@ import pytest
 from robojoule.documents import write_document
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
-from robojoule.robots import load_robot, load_robot_file, robot_names
+from robojoule.robots import list_robots, load_robot, load_robot_file
 from robojoule.robots.robot import Payload
 from robojoule.robots.urdf import load_urdf, write_urdf
 from tests.robots.arms import CONTROLLER, DRIVE, arm_file
@@ -49,7 +49,7 @@ def two(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", list_robots())
 def test_written_and_read_back_is_the_same(tmp_path, name):
     file = load_robot_file(name)
     write_urdf(file, tmp_path / "arm.urdf")

@@ -1,5 +1,7 @@
 """Tables, claims and metrics from cycles whose figures are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,8 +18,8 @@ from reproduction.experiment.results import (
 )
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import CycleRun
 from robojoule.planning.schedule import Schedule
-from robojoule.planning.writeback import CycleRun
 from tests.core_cases import kr16
 from tests.planning.trees import tree
 
@@ -37,7 +39,17 @@ def cycle(number, relaxation, variant, energy_j, cycle_s=2.2):
     waits = np.zeros(3)
     plan = Schedule("optimal", cycle_s, np.full(3, 0.7), waits, waits, waits, waits, energy_j, energy_j - 0.01)
     run = CycleRun(
-        np.full(3, 0.5), np.full(3, 0.7), waits, np.array([0.0, 0.0, 0.1]), np.full(3, energy_j / 3), energy_j, cycle_s
+        names=("a", "b", "c"),
+        speed_limits=np.full(3, 0.5),
+        durations_s=np.full(3, 0.7),
+        prior_waits_s=waits,
+        post_waits_s=np.array([0.0, 0.0, 0.1]),
+        vertex_energies_j=np.full(3, energy_j / 3),
+        peak_powers_w=np.full(3, 2000.0),
+        peak_torque_ratios=np.full(3, 0.9),
+        energy_j=energy_j,
+        cycle_time_s=cycle_s,
+        peak_power_w=2000.0,
     )
     return PlannedCycle(number, relaxation, variant, plan, run, None)
 
@@ -178,20 +190,8 @@ def _lengthened(one, count):
             )
         ),
     )
-    run = CycleRun(
-        *(
-            longer(x)
-            for x in (
-                one.run.speed_limits,
-                one.run.durations_s,
-                one.run.prior_waits_s,
-                one.run.post_waits_s,
-                one.run.vertex_energies_j,
-            )
-        ),
-        one.run.energy_j,
-        one.run.cycle_time_s,
-    )
+    of_motions = ("speed_limits", "durations_s", "prior_waits_s", "post_waits_s", "vertex_energies_j")
+    run = replace(one.run, **{name: longer(getattr(one.run, name)) for name in of_motions})
     return PlannedCycle(one.tree, one.relaxation_percent, one.variant, plan, run, None)
 
 
@@ -214,19 +214,6 @@ def test_results_that_cannot_be_are_refused(others, message):
 
 def test_late_cycles_are_refused():
     good = cycle(0, 110.0, Variant("optimum"), 700.0)
-    late = CycleRun(
-        *(
-            getattr(good.run, name)
-            for name in (
-                "speed_limits",
-                "durations_s",
-                "prior_waits_s",
-                "post_waits_s",
-                "vertex_energies_j",
-                "energy_j",
-            )
-        ),
-        cycle_time_s=2.2 + 2e-6,
-    )
+    late = replace(good.run, cycle_time_s=2.2 + 2e-6)
     with pytest.raises(PlanningError, match="differs from the planned one by 2e-06 s"):
         verify([PlannedCycle(0, 110.0, good.variant, good.plan, late, None)])

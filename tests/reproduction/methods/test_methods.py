@@ -18,10 +18,11 @@ from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.tree_files import parse_tree, tree_to_data
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.optimum import DenseProfiles, optimal_plans, profile_below, solve_optimum
 from robojoule.planning.rule import rule_plan
 from robojoule.planning.solver import PlanSolver
-from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
+from robojoule.planning.writeback import write_plans
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.sampled import sampled_profile
 from tests.core_cases import kr16
@@ -46,12 +47,7 @@ def optimum(batch, times):
 
 
 def write_and_simulate(batch, plans):
-    limits = speed_limits_of_plans(batch, plans)
-    durations = batch.paths.durations(limits)
-    written = [
-        [write_plan(t, g, plan, limits[rows, k], durations[rows, k]) for k, plan in enumerate(row)]
-        for t, g, rows, row in zip(batch.trees, batch.graphs, batch.rows, plans, strict=True)
-    ]
+    written = write_plans(batch, plans)
     return written, simulate_trees(batch, written)
 
 

@@ -18,10 +18,11 @@ from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.motions.tables import motions_of_trees, motions_table, runs_table, write_samples
 from reproduction.report.gallery import Picture, draw_all
 from reproduction.report.results import ResultFiles, Results
-from reproduction.trees.generate import retrace, tree_from_configurations
+from reproduction.trees.generate import retrace
 from robojoule.formats.tree_files import save_tree
 from robojoule.motion.simulation import MotionPaths
 from robojoule.plots.style import Style
+from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.robots.robot import Robot
 from tests.core_cases import kr16
 

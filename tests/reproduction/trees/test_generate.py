@@ -9,10 +9,10 @@ from reproduction.trees.generate import (
     generate_configurations,
     joint_travel_rad,
     retrace,
-    tree_from_configurations,
 )
 from robojoule.errors import InputError
-from robojoule.formats.tree_files import check_tree
+from robojoule.programs.operation_tree import tree_from_configurations
+from robojoule.programs.program import check_tree
 from robojoule.robots import load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload
@@ -140,11 +140,3 @@ def test_hopeless_budget_is_said_so(robot, monkeypatch):
     monkeypatch.setattr("reproduction.trees.generate.MOST_DRAWS", 20)
     with pytest.raises(InputError, match="budget_rad: no collision-free point found in 20 draws"):
         draw_points(np.random.default_rng(0), robot, Narrow(robot), points=1, budget_rad=1.0)
-
-
-def test_tree_of_configurations():
-    tree = tree_from_configurations("t", [[0, 1], [1, 2], [0, 1]], "arm")
-    assert [move.name for move in tree.moves()] == ["move-1", "move-2"]
-    assert all(move.is_fine and move.speed_limit_percent == 100 for move in tree.moves())
-    assert tree.configurations_rad().tolist() == [[0, 1], [1, 2], [0, 1]]
-    assert tree.robot == "arm"

@@ -6,20 +6,9 @@ from pathlib import Path
 
 from robojoule.calibration.identification import Identification
 from robojoule.documents import atomic_path
-from robojoule.errors import InputError
 
 PLOT_SUFFIXES = (".svg", ".png", ".pdf")
 SHOWN_S = 40.0  # more motions in the upper panel would be a smear
-
-
-def check_plot_path(path: str) -> None:
-    """Refuse unknown file types before any work is done.
-
-    Raises:
-        InputError: The suffix names no image format.
-    """
-    if Path(path).suffix.lower() not in PLOT_SUFFIXES:
-        raise InputError(f"'{path}' is no image file", key="--plot", allowed=", ".join(PLOT_SUFFIXES))
 
 
 def write_plot(result: Identification, path: str) -> None:

@@ -8,21 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.plots.style import Style
+from robojoule.plots.style import Style, svg_text
+from robojoule.profile.energy_profile import PARTS, EnergyProfile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# In the order in which they are stacked: what stays whatever the speed is at the bottom.
-ENERGY_PARTS = {
-    "base_j": "base",
-    "drive_active_j": "drives active",
-    "inverter_j": "inverter loss",
-    "copper_j": "copper loss",
-    "friction_j": "friction",
-    "braking_j": "brake chopper",
-    "potential_j": "change of height",
-}
+# Labels of the parts, in the order in which they are stacked.
+ENERGY_PARTS = dict(
+    zip(
+        PARTS,
+        ("base", "drives active", "inverter loss", "copper loss", "friction", "brake chopper", "change of height"),
+        strict=True,
+    )
+)
 
 
 def stacked_over_duration(rows: Mapping[str, Array], style: Style) -> Figure:
@@ -51,3 +50,11 @@ def stacked_over_duration(rows: Mapping[str, Array], style: Style) -> Figure:
 def used_parts(rows: Mapping[str, Array]) -> list[str]:
     """Parts that the energy model uses: a constant drive-active power, for one, may be zero."""
     return [part for part in ENERGY_PARTS if np.abs(rows[part]).max(initial=0.0) > 1e-6]
+
+
+def drawing_of(profile: EnergyProfile) -> str:
+    """Draw where the energy of a motion goes, as SVG text."""
+    style = Style()
+    rows = {"duration_s": profile.durations_s, "energy_j": profile.energies_j, **profile.parts_j}
+    with style.applied():
+        return svg_text(stacked_over_duration({name: values[::-1] for name, values in rows.items()}, style))

@@ -1,0 +1,173 @@
+"""What robojoule does, one function each: they take programs, robots and logs and give typed results.
+
+Units are SI; every result has `to_dict()`, plain data that is ready for JSON. Bad input raises
+`robojoule.errors.InputError` with one sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robojoule.errors import InputError
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.cycle_time import cycle_time_s
+from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
+from robojoule.planning.schedule import check_cycle_time
+from robojoule.planning.simulated import simulated_plans
+from robojoule.planning.writeback import write_plans
+from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.programs.program import Program
+from robojoule.robots.robot import Robot
+
+if TYPE_CHECKING:
+    from robojoule.calibration.identification import Identification
+    from robojoule.calibration.log import MeasuredLog
+
+RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
+
+
+def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
+    """The plan with the least energy for a cycle time: speed limits and waits of the program.
+
+    Speed limits of the program as given are not kept; its waits and process steps are, and may only become longer.
+
+    Args:
+        program: What the robot does in a cycle.
+        robot: Robot with its payload.
+        cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, its waits and speed limits
+            included ("+10%").
+
+    Raises:
+        InputError: The program does not fit the robot, or the cycle time is not valid.
+        CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
+        PlanningError: The solver failed.
+    """
+    batch = _batch(program, robot)
+    at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
+    given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
+    asked_s = cycle_time_s(cycle_time, given.cycle_time_s)
+    check_cycle_time(batch.graphs[0], batch.d_min_s, asked_s)
+    least_s = float(batch.least_cycles_s[0])
+    plans = simulated_plans(batch, np.array([[max(asked_s, least_s)]]), relative_gap=RELATIVE_GAP).plans
+    ((written,),) = write_plans(batch, plans)
+    run = verify(batch, written, plans[0][0])
+    idle_w = float(batch.idle_post_w[-1])
+    return Plan(
+        program=Program(written),
+        robot=robot.name,
+        payload_kg=float(robot.payload.mass_kg),
+        run=run,
+        least_cycle_time_s=least_s,
+        energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
+        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
+        bound_j=min(plans[0][0].bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
+        warnings=plan_warnings(run, given),
+    )
+
+
+def simulate(program: Program, robot: Robot) -> CycleRun:
+    """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
+
+    Args:
+        program: What the robot does in a cycle.
+        robot: Robot with its payload.
+
+    Raises:
+        InputError: The program does not fit the robot.
+    """
+    return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
+
+
+def pareto(program: Program, robot: Robot) -> TradeOff:
+    """Least energy of a program over its cycle time, for all cycle times at once.
+
+    Args:
+        program: What the robot does in a cycle.
+        robot: Robot with its payload.
+
+    Raises:
+        InputError: The program does not fit the robot.
+    """
+    return trade_offs(_batch(program, robot))[0]
+
+
+def energy_profile(
+    robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
+) -> EnergyProfile:
+    """Energy of one motion over its duration, from runs at equidistant speed limits from 10 to 100 %.
+
+    Args:
+        robot: Robot with its payload.
+        start: Start configuration, shape (n,). [rad]
+        end: End configuration, shape (n,). [rad]
+        points: Number of speed limits, 2 to 1000.
+        degrees: Whether the configurations are in degrees instead.
+
+    Raises:
+        InputError: A configuration does not fit the robot, or there is no motion.
+    """
+    robot = _checked_robot(robot)
+    first, last = (
+        robot.check_configuration(_radians(q) if degrees else q, where) for q, where in ((start, "start"), (end, "end"))
+    )
+    return simulated_profile(robot, first, last, points)
+
+
+def identify(
+    log: str | Path | MeasuredLog,
+    robot: Robot,
+    *,
+    torque_constants: Sequence[float] | None = None,
+    smoothing_s: float | None = None,
+    window_s: float | None = None,
+) -> Identification:
+    """Drive parameters of a robot from a measured log of its motions and mains power.
+
+    Args:
+        log: CSV or Parquet file, or a log that was read.
+        robot: The robot that was measured, with its payload; its link inertias and gear ratios are taken as given.
+        torque_constants: Motor torque over motor current, one a joint, for a file with motor currents. [Nm/A]
+        smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
+        window_s: Length over which power is averaged; 0.1 s if not given. [s]
+
+    Raises:
+        InputError: The log cannot be read, is too short or contradicts itself.
+    """
+    from robojoule.calibration import identification  # late: brings scipy
+    from robojoule.calibration.log import read_log
+    from robojoule.calibration.signals import WINDOW_S
+
+    robot = _checked_robot(robot)
+    if isinstance(log, str | Path):
+        log = read_log(log, robot, torque_constants)
+    window = WINDOW_S if window_s is None else window_s
+    return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
+
+
+def _batch(program: Program, robot: Robot) -> TreeBatch:
+    """The motions and the optimisation graph of a program, checked against its robot."""
+    if not isinstance(program, Program):
+        raise InputError(f"{program!r} is not a program", key="program", allowed="what load_program returns")
+    program.check(_checked_robot(robot))
+    return TreeBatch(robot, [program.tree])
+
+
+def _checked_robot(robot: Robot) -> Robot:
+    if not isinstance(robot, Robot):
+        raise InputError(f"{robot!r} is not a robot", key="robot", allowed="what load_robot returns")
+    return robot
+
+
+def _radians(degrees: ArrayLike) -> ArrayLike:
+    try:
+        radians: ArrayLike = np.radians(np.asarray(degrees, dtype=float))
+    except (TypeError, ValueError):
+        return degrees  # the robot says what is wrong with them
+    return radians

@@ -1,0 +1,189 @@
+"""Joint positions as CSV: the first row is the start of the cycle, each further one the target of a fine move.
+
+The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one a joint; `name`, `speed_limit_percent`,
+`wait_before_s` and `wait_after_s` may be left out. Cells are separated by commas and stripped; empty rows are skipped;
+an empty cell of a speed limit or a wait is the default. The program is called after the file and is for any robot.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from robojoule.documents import read_text, write_text
+from robojoule.errors import InputError
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, tree_from_configurations
+from robojoule.programs.program import Program
+
+_SETTINGS = {"speed_limit_percent": 100.0, "wait_before_s": 0.0, "wait_after_s": 0.0}  # with their defaults
+_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}"
+_JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
+
+
+class PositionFiles:
+    """CSV files of joint positions; see the module's text."""
+
+    name = "joint positions"
+    suffixes: tuple[str, ...] = (".csv",)
+
+    def read(self, path: Path) -> Program:
+        """Read a file; see `robojoule.formats.registry.Format`."""
+        header, *rows = _rows(path)
+        joints = _joint_columns(header)
+        if len(rows) < 2:
+            raise InputError("there is no move: the first row is the start of the cycle", file=path)
+        start, *targets = rows
+        for column, default in _SETTINGS.items():
+            if start.number(column, default) != default:
+                raise start.error(column, "the first row is the start of the cycle, not a move", "an empty cell")
+        positions = [[row.number(column) for column in joints] for row in rows]
+        if joints[0].endswith("deg"):
+            positions = [[math.radians(value) for value in row] for row in positions]
+        names = _names(targets) if "name" in header.cells else None
+        try:
+            tree = tree_from_configurations(path.stem.strip(), positions, move_names=names)
+        except ValidationError as error:  # a name of the file or of a move that no program may have
+            details = error.errors(include_url=False)[0]
+            raise InputError(f"{details['msg']} (found {details['input']!r})", file=path) from None
+        moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
+        limits, before, after = ({name: row.setting(column) for name, row in moves.items()} for column in _SETTINGS)
+        places = {f"operations.{move}.target_rad": f"line {row.line}" for move, row in enumerate(targets)}
+        return Program(
+            tree.with_plan(limits, waits_before_s=before, waits_after_s=after),
+            path,
+            self.name,
+            {"start_rad": f"line {start.line}", **places},
+        )
+
+    def write(self, program: Program, path: Path) -> None:
+        """Write a file, angles in radians; see `robojoule.formats.registry.Format`."""
+        moves = _flat_moves(program.tree, path)
+        joints = [f"q{joint}_rad" for joint in range(1, len(program.tree.start_rad) + 1)]
+        text = io.StringIO()
+        writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS], restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerow(dict(zip(joints, program.tree.start_rad, strict=True)))
+        for move in moves:
+            settings = {column: getattr(move, column) for column in _SETTINGS}
+            writer.writerow({"name": move.name, **dict(zip(joints, move.target_rad, strict=True)), **settings})
+        write_text(path, text.getvalue())
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One row of a file: its line and its cells by column; the header's cells are the columns themselves."""
+
+    path: Path
+    line: int
+    cells: dict[str, str]
+
+    def error(self, column: str | None, problem: str, allowed: str | None = None) -> InputError:
+        """A refusal that names file, line and column."""
+        place = f"line {self.line}" + (f", column {column}" if column else "")
+        return InputError(problem, file=self.path, key=place, allowed=allowed)
+
+    def number(self, column: str, default: float | None = None) -> float:
+        """A cell as a number; `default` where the cell is empty or there is no such column."""
+        text = self.cells.get(column, "")
+        if not text:
+            if default is None:
+                raise self.error(column, "the cell is empty", "a number")
+            return default
+        try:
+            value = float(text.replace("_", "?"))  # Python's digit groups are not meant
+        except ValueError:
+            raise self.error(column, f"'{text}' is not a number", "digits with a decimal point") from None
+        if not math.isfinite(value):
+            raise self.error(column, f"'{text}' is not a finite number")
+        return value
+
+    def setting(self, column: str) -> float:
+        """A speed limit or a wait, checked."""
+        value = self.number(column, _SETTINGS[column])
+        if column == "speed_limit_percent" and not 0.0 < value <= 100.0:
+            raise self.error(column, f"{value:g} is not a valid speed limit", "above 0, at most 100")
+        if value < 0.0:
+            raise self.error(column, f"{value:g} is not a valid wait", "0 or more")
+        return value
+
+
+def _rows(path: Path) -> list[_Row]:
+    """The header and the rows below it."""
+    reader = csv.reader(io.StringIO(read_text(path).removeprefix("\N{BYTE ORDER MARK}")), strict=True)
+    try:
+        found = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    except csv.Error as error:
+        raise InputError(f"the row cannot be read ({error})", file=path, key=f"line {reader.line_num}") from None
+    found = [(line, cells) for line, cells in found if any(cells)]
+    if not found:
+        raise InputError("the file is empty", file=path, allowed=_COLUMNS)
+    line, columns = found[0]
+    header = _Row(path, line, {column: column for column in columns})
+    if len(columns) == 1 and re.search(r"[;\t|]", columns[0]):
+        raise header.error(None, "the columns are not separated by commas", "commas, and decimal points in numbers")
+    for place, column in enumerate(columns):
+        if column in columns[:place]:
+            raise header.error(column or str(place + 1), "the column appears twice")
+    for line, cells in found[1:]:
+        if len(cells) != len(columns):
+            problem = f"the header names {len(columns)} columns, but the row has {len(cells)}"
+            raise InputError(problem, file=path, key=f"line {line}")
+    return [header, *(_Row(path, line, dict(zip(columns, cells, strict=True))) for line, cells in found[1:])]
+
+
+def _joint_columns(header: _Row) -> list[str]:
+    """Columns of the joints in their order; refuses unknown and missing columns."""
+    joints: dict[int, str] = {}
+    units: list[str] = []
+    for column in header.cells:
+        match = _JOINT.fullmatch(column)
+        if match is not None:
+            joints[int(match[1])] = column
+            units.append(match[2])
+            if match[2] != units[0]:
+                raise header.error(column, "positions are given in degrees and in radians", "one unit for all joints")
+        elif column != "name" and column not in _SETTINGS:
+            raise header.error(column or None, "unknown column" if column else "a column has no name", _COLUMNS)
+    if not joints:
+        raise header.error(None, "there are no joint positions", _COLUMNS)
+    for number in range(1, max(joints)):
+        if number not in joints:
+            raise header.error(f"q{number}_{units[0]}", "the column is missing")
+    return [joints[number] for number in sorted(joints)]
+
+
+def _names(rows: list[_Row]) -> list[str]:
+    """Names of the moves, one a row, each once."""
+    lines: dict[str, int] = {}
+    for row in rows:
+        name = row.cells["name"]
+        if not name:
+            raise row.error("name", "the move has no name", "a name in every row but the first, or no such column")
+        if name in lines:
+            raise row.error("name", f"the name '{name}' stands already in line {lines[name]}")
+        lines[name] = row.line
+    return list(lines)
+
+
+def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:
+    """The moves of a tree that holds nothing else and stops at each of them."""
+
+    def refuse(problem: str) -> InputError:
+        return InputError(problem, file=path, allowed="a program of fine moves only, or another format")
+
+    moves = []
+    for operation in tree.operations:
+        if not isinstance(operation, MoveOperation):
+            raise refuse(f"joint positions cannot hold the {operation.type} operation '{operation.name}'")
+        if not operation.is_fine:
+            raise refuse(f"joint positions cannot hold the coarse zone of move '{operation.name}'")
+        if len(operation.target_rad) != len(tree.start_rad):
+            raise refuse(f"move '{operation.name}' has another number of joints than the start")
+        moves.append(operation)
+    return moves

@@ -1,0 +1,174 @@
+"""Simulation of trees as they stand: what one cycle takes, move by move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from robojoule.arrays import Array
+from robojoule.errors import InputError
+from robojoule.motion.simulation import MotionRuns
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.graph import graph_of_tree, process_energy_j
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+
+
+@dataclass(frozen=True)
+class MoveRun:
+    """One move of a simulated cycle.
+
+    Attributes:
+        name: Name of the move.
+        speed_limit_percent: Share of the joint velocity limits that it may use. [%]
+        duration_s: Duration of the movement. [s]
+        wait_before_s: Time that the robot stands before it. [s]
+        wait_after_s: Time that the robot stands after it, process steps included. [s]
+        energy_j: Energy of the movement and of standing before and after it. [J]
+        peak_power_w: Largest mains power during the movement; 0 where nothing moves. [W]
+        peak_torque_ratio: Largest joint torque over its effort limit during the movement; 0 where nothing moves. [-]
+    """
+
+    name: str
+    speed_limit_percent: float
+    duration_s: float
+    wait_before_s: float
+    wait_after_s: float
+    energy_j: float
+    peak_power_w: float
+    peak_torque_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class CycleRun:
+    """Simulation of one cycle of a tree, in the order of its vertices.
+
+    Attributes:
+        names: Name of each motion, V of them.
+        speed_limits: Speed limit of each motion, shape (V,), fractions in (0, 1].
+        durations_s: Shape (V,). [s]
+        prior_waits_s: Wait before each motion, shape (V,). [s]
+        post_waits_s: Wait after each motion, shape (V,). [s]
+        vertex_energies_j: Energy of each motion with its waits, shape (V,). [J]
+        peak_powers_w: Largest mains power of each motion, shape (V,). [W]
+        peak_torque_ratios: Largest joint torque over its effort limit in each motion, shape (V,). [-]
+        energy_j: Energy of the cycle with waits and process steps. [J]
+        cycle_time_s: Length of the cycle. [s]
+        peak_power_w: Largest mains power of the cycle: of motions, of standing and of process steps. [W]
+    """
+
+    names: tuple[str, ...]
+    speed_limits: Array
+    durations_s: Array
+    prior_waits_s: Array
+    post_waits_s: Array
+    vertex_energies_j: Array
+    peak_powers_w: Array
+    peak_torque_ratios: Array
+    energy_j: float
+    cycle_time_s: float
+    peak_power_w: float
+
+    def __repr__(self) -> str:
+        return (
+            f"CycleRun(moves={len(self.names)}, cycle_time_s={self.cycle_time_s:.6g}, energy_j={self.energy_j:.6g}, "
+            f"peak_power_w={self.peak_power_w:.6g}, peak_torque_ratio={self.peak_torque_ratio:.4g})"
+        )
+
+    @property
+    def peak_torque_ratio(self) -> float:
+        """Largest joint torque over its effort limit in the cycle. [-]"""
+        return float(self.peak_torque_ratios.max(initial=0.0))
+
+    @property
+    def moves(self) -> tuple[MoveRun, ...]:
+        """The moves in order of execution."""
+        columns = (
+            100.0 * self.speed_limits,
+            self.durations_s,
+            self.prior_waits_s,
+            self.post_waits_s,
+            self.vertex_energies_j,
+            self.peak_powers_w,
+            self.peak_torque_ratios,
+        )
+        return tuple(MoveRun(*row) for row in zip(self.names, *(column.tolist() for column in columns), strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The cycle as plain data, ready for JSON."""
+        return {
+            "cycle_time_s": self.cycle_time_s,
+            "energy_j": self.energy_j,
+            "peak_torque_ratio": self.peak_torque_ratio,
+            "peak_power_w": self.peak_power_w,
+            "moves": [asdict(move) for move in self.moves],
+        }
+
+
+def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]]) -> list[list[CycleRun]]:
+    """Simulate trees as they stand: their speed limits, waits and process steps.
+
+    Args:
+        batch: The trees before planning; the written ones must have the same configurations.
+        written: K written trees for each tree of the batch.
+
+    Returns:
+        K runs for each tree.
+
+    Raises:
+        InputError: A written tree goes elsewhere than the batch's.
+    """
+    for tree, variants in zip(batch.trees, written, strict=True):
+        for variant in variants:
+            if not np.array_equal(variant.configurations_rad(), tree.configurations_rad()):
+                raise InputError(f"the written tree does not visit the configurations of '{tree.name}'")
+    limits = np.concatenate(
+        [
+            np.array([[move.speed_limit_percent / 100.0 for move in variant.moves()] for variant in variants]).T
+            for variants in written
+        ]
+    )
+    runs = batch.paths.simulate(limits)
+    return [
+        [_cycle_run(batch, runs, rows, k, variant) for k, variant in enumerate(variants)]
+        for rows, variants in zip(batch.rows, written, strict=True)
+    ]
+
+
+def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: OperationTree) -> CycleRun:
+    """One tree, whose motions are some rows of column `k` of the runs."""
+    vertices = graph_of_tree(tree).vertices
+    idle_prior_w, idle_post_w = batch.idle_prior_w[rows], batch.idle_post_w[rows]
+    prior = np.array([vertex.least_prior_wait_s for vertex in vertices])
+    post = np.array([vertex.least_post_wait_s for vertex in vertices])
+    durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
+    vertex_energies = runs.energy_j[rows, k] + idle_prior_w * prior + idle_post_w * post
+    processes = _process_powers_w(tree, idle_prior_w, idle_post_w)
+    return CycleRun(
+        names=tuple(vertex.name for vertex in vertices),
+        speed_limits=runs.speed_limit[rows, k],
+        durations_s=durations,
+        prior_waits_s=prior,
+        post_waits_s=post,
+        vertex_energies_j=vertex_energies,
+        peak_powers_w=peak_powers,
+        peak_torque_ratios=runs.peak_torque_ratio[rows, k],
+        energy_j=float(vertex_energies.sum()) + process_energy_j(tree),
+        cycle_time_s=float((prior + durations + post).sum()),
+        peak_power_w=float(max([*peak_powers, *idle_prior_w[prior > 0.0], *idle_post_w[post > 0.0], *processes])),
+    )
+
+
+def _process_powers_w(tree: OperationTree, idle_prior_w: Array, idle_post_w: Array) -> list[float]:
+    """Mains power during each process step: its own and that of the standing robot. [W]"""
+    powers, standing_w = [], float(idle_prior_w[0])
+    moved = 0
+    for operation in tree.atomic():
+        if isinstance(operation, MoveOperation):
+            standing_w = float(idle_post_w[moved])
+            moved += 1
+        elif isinstance(operation, ProcessOperation) and operation.duration_s > 0.0:
+            powers.append(standing_w + operation.power_w)
+    return powers

@@ -1,0 +1,168 @@
+"""The plan of a cycle: the program with its plan written into it, and what the simulation of that says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robojoule.errors import PlanningError
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import CycleRun, MoveRun, simulate_trees
+from robojoule.planning.schedule import Schedule
+from robojoule.profile.energy_profile import torque_warning
+from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.program import Program
+
+LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Speed limits and waits with the least energy for a cycle time, simulated as they stand in the program.
+
+    All energies are those of one cycle. A program that takes less than the cycle time waits at its end for the rest of
+    it, so energies of equal cycle times are compared. A given program that takes more than the cycle time counts with
+    its own, longer cycle, and `warnings` says so.
+
+    Attributes:
+        program: The program with speed limits and waits of the plan.
+        robot: Name of the robot.
+        payload_kg: What the robot carries. [kg]
+        run: Simulation of the program.
+        least_cycle_time_s: Cycle time with all moves at full speed and required waits only. [s]
+        energy_given_j: Energy of the program as given. [J]
+        energy_unoptimized_j: Energy with all moves at full speed and a wait at the end until the cycle time. [J]
+        bound_j: Proven lower bound of the energy of every plan for this cycle time. [J]
+        warnings: What to know before the plan is used, a sentence each.
+    """
+
+    program: Program
+    robot: str
+    payload_kg: float
+    run: CycleRun
+    least_cycle_time_s: float
+    energy_given_j: float
+    energy_unoptimized_j: float
+    bound_j: float
+    warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return (
+            f"Plan({self.program.name!r} on {self.robot!r}: cycle_time_s={self.cycle_time_s:.6g}, "
+            f"energy_j={self.energy_j:.6g}, saving_percent={self.saving_percent:.4g}, moves={len(self.run.names)}, "
+            f"warnings={len(self.warnings)})"
+        )
+
+    @property
+    def cycle_time_s(self) -> float:
+        """Cycle time of the plan. [s]"""
+        return self.run.cycle_time_s
+
+    @property
+    def energy_j(self) -> float:
+        """Energy of the plan. [J]"""
+        return self.run.energy_j
+
+    @property
+    def saving_percent(self) -> float:
+        """Energy that the plan saves against the program as given. [%]"""
+        return _below_percent(self.energy_j, self.energy_given_j)
+
+    @property
+    def saving_over_unoptimized_percent(self) -> float:
+        """Energy that the plan saves against full speed and waiting at the end. [%]"""
+        return _below_percent(self.energy_j, self.energy_unoptimized_j)
+
+    @property
+    def gap_to_optimum_percent(self) -> float:
+        """By how much the plan's energy is above the proven bound at most. [%]"""
+        return -_below_percent(self.energy_j, self.bound_j)
+
+    @property
+    def peak_torque_ratio(self) -> float:
+        """Largest joint torque over its effort limit. [-]"""
+        return self.run.peak_torque_ratio
+
+    @property
+    def peak_power_w(self) -> float:
+        """Largest mains power of the planned cycle: of motions, of standing and of process steps. [W]"""
+        return self.run.peak_power_w
+
+    @property
+    def moves(self) -> tuple[MoveRun, ...]:
+        """The moves in order of execution."""
+        return self.run.moves
+
+    def save(self, path: str | Path) -> None:
+        """Write the program with the plan in the format that the suffix names; see `Program.save`."""
+        self.program.save(path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plan as plain data, ready for JSON."""
+        return {
+            "program": self.program.name,
+            "robot": self.robot,
+            "payload_kg": self.payload_kg,
+            **self.run.to_dict(),
+            **{
+                name: getattr(self, name)
+                for name in (
+                    "least_cycle_time_s",
+                    "energy_given_j",
+                    "energy_unoptimized_j",
+                    "saving_percent",
+                    "saving_over_unoptimized_percent",
+                    "bound_j",
+                    "gap_to_optimum_percent",
+                )
+            },
+            "warnings": list(self.warnings),
+        }
+
+
+def _below_percent(energy_j: float, reference_j: float) -> float:
+    """By how much an energy is below a reference, which is zero only where nothing draws energy. [%]"""
+    return 100.0 * (1.0 - energy_j / reference_j) if reference_j > 0.0 else 0.0
+
+
+def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule) -> CycleRun:
+    """Simulate a tree with a plan in it, and refuse it if it does not hold the plan's cycle time.
+
+    Args:
+        batch: The one tree that was planned.
+        written: The tree with the plan.
+        schedule: The plan.
+
+    Raises:
+        PlanningError: The simulated cycle is longer or shorter by more than rounding.
+    """
+    run = simulate_trees(batch, [[written]])[0][0]
+    late = run.cycle_time_s - schedule.cycle_time_s
+    if not abs(late) <= LATE_S:
+        raise PlanningError(f"the simulated cycle of '{written.name}' differs from the planned one by {late:.3g} s")
+    return run
+
+
+def waiting_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> float:
+    """Energy of a cycle that waits at its end until the cycle time, if it is shorter. [J]"""
+    return run.energy_j + max(cycle_time_s - run.cycle_time_s, 0.0) * idle_power_w
+
+
+def plan_warnings(run: CycleRun, given: CycleRun) -> tuple[str, ...]:
+    """What to know about a plan, a sentence each.
+
+    Args:
+        run: Simulation of the plan.
+        given: Simulation of the program as given.
+    """
+    found = []
+    if run.peak_torque_ratio > 1.0:
+        worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
+        found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
+    if given.cycle_time_s > run.cycle_time_s + LATE_S:
+        found.append(
+            f"the program as given takes {given.cycle_time_s:.4f} s, longer than the plan: its energy is that of its "
+            "own cycle"
+        )
+    return tuple(found)

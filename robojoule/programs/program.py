@@ -1,0 +1,101 @@
+"""The program: what a robot does in a cycle, where it was read from, and whether a robot can do it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robojoule.errors import InputError
+from robojoule.programs.operation_tree import MoveOperation, OperationTree
+
+if TYPE_CHECKING:
+    from robojoule.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a robot does in one cycle.
+
+    Attributes:
+        tree: The operations of the cycle.
+        path: File that it was read from, if any.
+        format: Name of that file's format, if any.
+        places: Where configurations stand in a file without keys, such as "line 4", by their key in the tree.
+    """
+
+    tree: OperationTree
+    path: Path | None = None
+    format: str | None = None
+    places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        path = str(self.path) if self.path is not None else None
+        return f"Program({self.name!r}, moves={len(self.moves)}, robot={self.robot!r}, path={path!r})"
+
+    @property
+    def name(self) -> str:
+        """Name of the program."""
+        return self.tree.name
+
+    @property
+    def robot(self) -> str | None:
+        """Name of the robot that it is written for; none: any."""
+        return self.tree.robot
+
+    @property
+    def moves(self) -> tuple[MoveOperation, ...]:
+        """Moves in order of execution."""
+        return self.tree.moves()
+
+    def check(self, robot: Robot) -> None:
+        """Check that a robot can execute the program; see `check_tree`.
+
+        Raises:
+            InputError: First violation, with its place in the file.
+        """
+        check_tree(self.tree, robot, self.path, self.places)
+
+    def save(self, path: str | Path) -> None:
+        """Write the program in the format that the suffix names.
+
+        Raises:
+            InputError: Unknown suffix, a program that the format cannot hold, or a file that cannot be written.
+        """
+        from robojoule.formats.registry import format_of  # late: formats build on programs
+
+        format_of(path).write(self, Path(path))
+
+
+def check_tree(
+    tree: OperationTree,
+    robot: Robot,
+    source: str | Path | None = None,
+    places: Mapping[str, str] | None = None,
+) -> None:
+    """Check that a robot can execute a tree: name, joint count and joint limits of every configuration.
+
+    Args:
+        tree: Tree to check.
+        robot: Robot that shall execute it.
+        source: Name of the file for messages.
+        places: What messages say in place of the keys of configurations.
+
+    Raises:
+        InputError: First violation, naming the operation and the joint.
+    """
+    if tree.robot is not None and tree.robot != robot.name:
+        raise InputError(
+            f"the tree is written for robot '{tree.robot}', not for '{robot.name}'", file=source, key="robot"
+        )
+    configurations = [("start_rad", "the start", tree.start_rad)]
+    for key, operation in tree.walk():
+        if isinstance(operation, MoveOperation):
+            configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
+    for key, what, values in configurations:
+        try:
+            robot.check_configuration(values)
+        except InputError as error:
+            place = (places or {}).get(key, key)
+            raise InputError(f"{what}: {error.problem}", file=source, key=place, allowed=error.allowed) from None

@@ -1,0 +1,73 @@
+"""Programs: what they say of themselves, whether a robot can execute them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robojoule.errors import InputError
+from robojoule.programs.operation_tree import tree_from_configurations
+from robojoule.programs.program import Program, check_tree
+from robojoule.robots import load_robot
+
+HOME_DEG = (0, -90, 90, 0, 0, 0)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("kuka_kr16_r2010_2")
+
+
+def program(*stops_deg, robot_name=None, path=None, places=None) -> Program:
+    tree = tree_from_configurations("pick", np.radians([HOME_DEG, *stops_deg]), robot_name)
+    return Program(tree, path, None, places or {})
+
+
+def test_a_program_says_what_it_is():
+    made, read = program(HOME_DEG), program(HOME_DEG, robot_name="arm", path=Path("pick.csv"))
+    assert (made.name, made.robot, len(made.moves)) == ("pick", None, 1)
+    assert repr(made) == "Program('pick', moves=1, robot=None, path=None)"
+    assert repr(read) == "Program('pick', moves=1, robot='arm', path='pick.csv')"
+    with pytest.raises(AttributeError):
+        made.path = Path("other.csv")
+
+
+def test_a_program_that_fits_is_accepted(robot):
+    program((10, -80, 80, 0, 0, 0)).check(robot)
+    program((10, -80, 80, 0, 0, 0), robot_name=robot.name).check(robot)
+
+
+BAD = {
+    "robot": (
+        program(HOME_DEG, robot_name="ur_ur10e"),
+        "robot: the tree is written for robot 'ur_ur10e', not for 'kuka_kr16_r2010_2'",
+    ),
+    "limit": (
+        program(HOME_DEG, (0, 90, 0, 0, 0, 0), path=Path("pick.yaml")),
+        "pick.yaml, operations.1.target_rad: move 'move-2': joint_2 = 1.5708 rad (90.00 deg) is beyond its limit; "
+        "allowed: -3.2289 to 1.1345 rad (-185.00 to 65.00 deg)",
+    ),
+    "joints": (
+        Program(tree_from_configurations("short", np.zeros((2, 5))), Path("short.csv"), None, {"start_rad": "line 2"}),
+        "short.csv, line 2: the start: 5 joint positions given, but kuka_kr16_r2010_2 has 6 joints",
+    ),
+}
+
+
+@pytest.mark.parametrize("bad, message", BAD.values(), ids=BAD.keys())
+def test_a_program_that_does_not_fit_says_where(robot, bad, message):
+    with pytest.raises(InputError) as caught:
+        bad.check(robot)
+    assert str(caught.value) == message
+
+
+def test_a_tree_alone_can_be_checked(robot):
+    check_tree(program(HOME_DEG).tree, robot)
+    with pytest.raises(InputError, match=r"^operations\.0\.target_rad: move 'move-1': joint_2"):
+        check_tree(program((0, 90, 0, 0, 0, 0)).tree, robot)
+
+
+@pytest.mark.parametrize("suffix", [".yaml", ".json", ".csv"])
+def test_a_program_saves_itself_by_suffix(tmp_path, suffix):
+    program(HOME_DEG).save(tmp_path / f"out{suffix}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"out{suffix}"]
