@@ -28,8 +28,8 @@ from prefect.artifacts import (
     update_progress_artifact,
 )
 from prefect.cache_policies import NO_CACHE
-from stages.layout import Layout
 
+from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.tracking.store import data_hash, find_run
 

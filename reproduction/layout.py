@@ -93,6 +93,21 @@ class Layout:
         return self.reports_dir / "figures"
 
     @property
+    def claims_dir(self) -> Path:
+        """Claims of single chapters (CSV), joined in `tables_dir`."""
+        return self.reports_dir / "claims"
+
+    @property
+    def feature_claims(self) -> Path:
+        """Claims about features (thesis chapter 4)."""
+        return self.claims_dir / "features.csv"
+
+    @property
+    def predictor_claims(self) -> Path:
+        """Claims about predictors (thesis chapter 5)."""
+        return self.claims_dir / "predictors.csv"
+
+    @property
     def metrics_dir(self) -> Path:
         """Metrics of single stages (JSON), merged into `metrics`."""
         return self.reports_dir / "metrics"

@@ -21,8 +21,9 @@ def build_features(params: Params, layout: Layout) -> None:
         progress(f"{table}, {rows} rows")
     with atomic_path(layout.features) as path:
         pq.write_table(features.fetch(connection, "features"), path)
-    for table in features.FINDING_TABLES:
-        with atomic_path(layout.tables_dir / f"{table}.csv") as path:
+    findings = {name: layout.tables_dir / f"{name}.csv" for name in ("correlations", "retrace")}
+    for table, file in (findings | {"claims_features": layout.feature_claims}).items():
+        with atomic_path(file) as path:
             connection.table(table).write_csv(str(path))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -36,5 +37,9 @@ def run(
 
 
 def say(stage: str) -> Callable[[str], None]:
-    """Progress lines of a stage."""
-    return lambda text: print(f"{stage}: {text}", flush=True)
+    """Progress lines of a stage, from whichever of its processes."""
+    return partial(_print, stage)
+
+
+def _print(stage: str, text: str) -> None:
+    print(f"{stage}: {text}", flush=True)

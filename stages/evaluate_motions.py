@@ -18,7 +18,9 @@ def evaluate_motions(params: StudyParams, layout: Layout) -> None:
     write_csv(layout.study_tables_dir / "ablations.csv", known.ablations)
     together = [row for row in known.wins if row["payload_kg"] == "all"]
     write_csv(layout.study_tables_dir / "motions_wins.csv", together)
-    write_parquet(layout.study_data_dir / "motions_plans.parquet", table_of_rows(known.plans + unseen.plans, ["payload_kg"]))
+    write_parquet(
+        layout.study_data_dir / "motions_plans.parquet", table_of_rows(known.plans + unseen.plans, ["payload_kg"])
+    )
 
 
 if __name__ == "__main__":

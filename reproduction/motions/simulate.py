@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from reproduction.config import RobotParams, SimulateMotionsParams
@@ -24,7 +23,7 @@ from reproduction.motions.tables import (
     runs_table,
     write_samples,
 )
-from reproduction.tables import read_table
+from reproduction.tables import column_names, read_table
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 
@@ -55,7 +54,7 @@ def read_motions(trees: Path, joints: int) -> MotionTable:
     """
     numbers = ["point", *(f"q{joint + 1}_rad" for joint in range(joints))]
     table = read_table(trees, "generate_trees", numbers=numbers, texts=["tree_id", "split"])
-    if f"q{joints + 1}_rad" in pq.read_schema(trees).names:
+    if f"q{joints + 1}_rad" in column_names(trees, "generate_trees"):
         raise InputError(f"the robot has {joints} joints only", file=trees, key=f"q{joints + 1}_rad")
     if len(table) < 2:
         raise InputError("there is no motion", file=trees, allowed="two points of a tree or more")

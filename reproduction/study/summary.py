@@ -6,8 +6,8 @@ import numpy as np
 
 from reproduction.experiment.gaps import Row
 from reproduction.predictors.evaluation import error_rows
-from reproduction.predictors.profile_parameters import TARGETS
 from robojoule.arrays import Array
+from robojoule.profile.parameters import TARGETS
 
 
 def parameter_rows(predicted: Array, truth: Array, key: Row) -> list[Row]:

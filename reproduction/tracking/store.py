@@ -10,6 +10,7 @@ import json
 import logging
 import os
 import subprocess
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,6 @@ from pydantic import BaseModel
 from reproduction.layout import Layout
 
 EXPERIMENT = "robojoule"
-
-Metrics = dict[str, dict[str, dict[str, float]]]
-"""target (or "suitability", "interval") -> model -> figure."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +134,18 @@ def git_commit(folder: Path) -> str:
     return done.stdout.strip()
 
 
-def figures_of(model: str, metrics: Metrics) -> dict[str, float]:
-    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`."""
+def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
+    """What tells trainings of a stage apart: data, parameters, commit."""
+    return {
+        "data_hash": data_hash(layout.features),
+        "config_hash": config_hash(params),
+        "git_commit": git_commit(Path(__file__).parent),
+        "dvc_stage": stage,
+    }
+
+
+def figures_of(model: str, metrics: Mapping[str, Mapping[str, Mapping[str, float]]]) -> dict[str, float]:
+    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`, from target -> model -> figure."""
     return {
         f"{group}.{name}": value
         for group, by_model in metrics.items()

@@ -6,6 +6,10 @@ import numpy as np
 
 from robojoule.arrays import Array
 
+TARGETS = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
+"""Parameters of an energy profile: saving [J] at the optimum against full speed, optimal duration [s], penalty [J] of
+the slowest speed limit against the optimum."""
+
 
 def profile_parameters(duration_s: Array, energy_j: Array) -> Array:
     """The three parameters in the order of `TARGETS`; of several optima the fastest.

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from stages.layout import Layout
 
 from reproduction.config import load_params
+from reproduction.layout import Layout
 from robojoule.errors import InputError
 from stages.build_features import build_features
 from tests.reproduction.features.synthetic import make

@@ -5,9 +5,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from stages.layout import Layout
 
 from reproduction.config import Params, load_params
+from reproduction.layout import Layout
 from reproduction.report.gallery import ENTRIES
 from reproduction.report.merge import merged_claims, merged_metrics
 from reproduction.report.page import report_html

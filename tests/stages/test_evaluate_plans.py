@@ -9,12 +9,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from stages.layout import Layout
 
 from reproduction.config import Params
 from reproduction.experiment.data import FINAL_POWER_WINDOW_S, read_experiment
-from reproduction.predictors.profile_fit import fit_profile_predictor
-from reproduction.predictors.simulated_runs import read_simulated_motions
+from reproduction.layout import Layout
+from reproduction.profile_predictor.fit import fit_profile_predictor
+from reproduction.profile_predictor.simulated_runs import read_simulated_motions
 from robojoule.errors import InputError
 from robojoule.profile.predictor_file import save_profile_predictor
 from robojoule.profile.sampled import sampled_profile

@@ -6,17 +6,17 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from stages.layout import Layout
+from stages._profile_predictor import REGISTERED, read_simulated, record_profile_predictor, train_profile_predictor
 
 from reproduction.config import load_params
+from reproduction.layout import Layout
 from reproduction.motions.tables import motions_of_trees, motions_table, runs_table
-from reproduction.predictors.simulated_runs import read_simulated_motions
+from reproduction.profile_predictor.simulated_runs import read_simulated_motions
 from reproduction.tracking.store import Recorder, store_uri
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from stages._profile_predictor import REGISTERED, read_simulated, record_profile_predictor, train_profile_predictor
 from stages.generate_trees import generate_trees
 
 PARAMS = load_params(Path(__file__).parents[2] / "params.yaml")

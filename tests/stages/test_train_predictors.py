@@ -12,15 +12,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from stages.layout import Layout
 
 from reproduction.config import Params, load_params
+from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.predictors.predictor_file import load_predictor
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
+from reproduction.predictors.profile_parameters import bounded, input_names
 from reproduction.tables import columns
 from reproduction.tracking import store as _tracking
 from robojoule.errors import InputError
+from robojoule.profile.parameters import TARGETS
 from stages.build_features import build_features
 from stages.generate_trees import generate_trees
 from stages.simulate_motions import simulate_motions

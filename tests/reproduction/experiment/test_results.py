@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reproduction.claims import plans as claims
+from reproduction.experiment import claims as claims
 from reproduction.experiment.experiment import PlannedCycle, Variant, verify
 from reproduction.experiment.results import (
     ExperimentResults,

@@ -1,1 +1,0 @@
-"""Claims of the thesis held against our results."""

@@ -1,0 +1,113 @@
+"""The record of the trainings in MLflow: parameters, figures, the models, and which of them is the champion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from reproduction.config import Params
+from reproduction.layout import Layout
+from reproduction.predictors.comparison import Metrics
+from reproduction.predictors.evaluation import beats_mean
+from reproduction.predictors.training import MEASURED, Training
+from reproduction.tables import columns
+from reproduction.tracking.figures import figures
+from reproduction.tracking.profile_predictor import record_profile_predictor
+from reproduction.tracking.store import EXPERIMENT, connect, figures_of, tags
+from robojoule.errors import RobojouleError
+from robojoule.profile.parameters import TARGETS
+
+EXAMPLE_ROWS = 3
+CHECKED_ROWS = 200
+# Types beyond numpy's and scikit-learn's public ones that the two models hold; anything else is refused on loading.
+TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
+
+
+def record_trainings(
+    params: Params,
+    layout: Layout,
+    trainings: Sequence[Training],
+    features: pa.Table,
+    predictions: pa.Table,
+    metrics: Metrics,
+) -> Iterator[str]:
+    """Record the trainings of all predictors; register each, read it back and judge it on held-out motions.
+
+    Args:
+        params: Parameters of the pipeline.
+        layout: Folder of the project.
+        trainings: The models of three parameters; the profile predictor is read from its files.
+        features: Features of all motions.
+        predictions: Predictions of held-out motions by all models.
+        metrics: target -> model -> figure.
+
+    Yields:
+        A line of text for each training.
+
+    Raises:
+        RobojouleError: A model that was read back is another one.
+    """
+    mlflow = connect(layout)
+    test = predictions.filter(pa.compute.equal(predictions["split"], "test"))
+    baseline = columns(features.filter(pa.compute.equal(features["split"], "train")), TARGETS)
+    for training in trainings:
+        number = _record(mlflow, params, layout, training, features, predictions, metrics)
+        mine = test.filter(pa.compute.equal(test["model"], training.model))
+        champion = beats_mean(columns(mine, TARGETS), columns(mine, MEASURED), baseline)
+        _judge(mlflow, f"{EXPERIMENT}_{training.model}", number, champion)
+        yield f"{training.model}, recorded in MLflow"
+    yield record_profile_predictor(mlflow, params, layout, test, baseline, metrics)
+
+
+def _record(
+    mlflow: Any,
+    params: Params,
+    layout: Layout,
+    training: Training,
+    features: pa.Table,
+    predictions: pa.Table,
+    metrics: Metrics,
+) -> str:
+    """Record one training; returns the version under which its model is registered."""
+    model, estimator, names = training.model, training.estimator, list(training.predictor.inputs)
+    splits = np.array(features["split"].to_pylist())
+    frame = features.filter(pa.array(splits == "test")).select(names).to_pandas()
+    expected = estimator.predict(frame)
+    settings = params.train_predictors
+    with mlflow.start_run(run_name=model, tags=tags(layout, settings, "train_predictors") | {"model": model}):
+        mlflow.log_params(
+            {"model": model, "seed": settings.seed, "inputs": len(names)}
+            | {"training_motions": int((splits == "train").sum()), "test_motions": len(frame)}
+            | getattr(settings, model).model_dump(mode="json")
+        )
+        mlflow.log_metrics(figures_of(model, metrics) | {"fit_s": training.fit_s})
+        for table in ("table_5_1", "suitability"):
+            mlflow.log_artifact(str(layout.tables_dir / f"{table}.csv"), "tables")
+        for name, figure in figures(layout.runs, model, predictions, features):
+            mlflow.log_figure(figure, f"figures/{name}.png")
+        logged = mlflow.sklearn.log_model(
+            estimator,
+            name=model,
+            signature=mlflow.models.infer_signature(frame, expected),
+            input_example=frame.head(EXAMPLE_ROWS),
+            skops_trusted_types=TRUSTED_TYPES,
+            pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
+            registered_model_name=f"{EXPERIMENT}_{model}",
+        )
+        registered = f"models:/{EXPERIMENT}_{model}/{logged.registered_model_version}"
+        again = mlflow.sklearn.load_model(registered).predict(frame[:CHECKED_ROWS])
+        if not np.allclose(again, expected[:CHECKED_ROWS], rtol=1e-12, atol=1e-9):
+            raise RobojouleError(f"{registered} predicts something else than the model that was logged")
+    return str(logged.registered_model_version)
+
+
+def _judge(mlflow: Any, name: str, number: str, champion: bool) -> None:
+    """Make a version the champion if it beats the training data's mean on the test trees."""
+    client = mlflow.MlflowClient()
+    client.set_model_version_tag(name, number, "beats_baseline", str(champion).lower())
+    if champion:
+        client.set_registered_model_alias(name, "champion", number)
