@@ -7,7 +7,7 @@ from pathlib import Path
 
 from reproduction.layout import Layout
 from reproduction.study.config import StudyParams, load_study_params
-from reproduction.study.targets import bar_rows
+from reproduction.study.targets import target_rows
 from reproduction.tables import table_of_rows, write_csv, write_parquet
 from stages.cli import run, say
 
@@ -15,7 +15,7 @@ from stages.cli import run, say
 def judge_targets(params: StudyParams, layout: Layout) -> None:
     """Write one row per target: value, limit, reached or not."""
     names = ("motions_errors", "motions_gaps", "robots_errors", "robots_gaps")
-    rows = bar_rows(*(_read(layout.study_tables_dir / f"{name}.csv") for name in names))
+    rows = target_rows(*(_read(layout.study_tables_dir / f"{name}.csv") for name in names))
     write_csv(layout.study_tables_dir / "targets.csv", rows)
     write_parquet(layout.study_data_dir / "targets.parquet", table_of_rows(rows))
     reached = sum(row["held"] == "yes" for row in rows)

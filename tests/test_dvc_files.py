@@ -15,15 +15,9 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 # Carries or records values but makes none, so no stage has to run again when it changes (dvc.yaml says so too): modules
 # outside of a room, the command line of the stages, the record in MLflow.
 PLUMBING = {
-    *(
-        "reproduction/__init__.py",
-        "reproduction/claims.py",
-        "reproduction/config.py",
-        "reproduction/layout.py",
-        "reproduction/tables.py",
-    ),
+    *(f"reproduction/{name}.py" for name in ("__init__", "claims", "config", "layout", "tables")),
     *("reproduction/study/config.py", "reproduction/tracking"),
-    *("robojoule/__init__.py", "robojoule/arrays.py", "robojoule/documents.py", "robojoule/errors.py"),
+    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors")),
     *("stages/__init__.py", "stages/cli.py"),
 }
 # Plumbing whose packages decide how outputs are written.
@@ -35,8 +29,9 @@ PIPELINE = (
 STUDIES = ("compare_predictors", "evaluate_motions", "evaluate_robots", "judge_targets")
 STAGES = (*PIPELINE, *STUDIES)
 MOST_DEPENDENCIES = 10
-# Distributions in versions.yaml by the name under which they are imported, where that is another one.
-DISTRIBUTIONS = {"pinocchio": "pin", "sklearn": "scikit-learn"}
+# Distributions in versions.yaml by the name under which they are imported, where that is another one or more than one:
+# scikit-learn builds on SciPy, Pyomo solves with HiGHS.
+DISTRIBUTIONS = {"pinocchio": {"pin"}, "sklearn": {"scikit-learn", "scipy"}, "pyomo": {"pyomo", "highspy"}}
 
 
 @cache
@@ -139,7 +134,7 @@ def test_a_stage_depends_on_the_versions_of_the_packages_that_it_imports(name: s
     files = closure(ROOT / f"stages/{name}.py", PLUMBING)
     files |= {ROOT / one for one in WRITERS & relative(target for file in files for target in imported_files(file))}
     packages = {imported.split(".")[0] for file in files for imported, _ in imports(file)}
-    used = {DISTRIBUTIONS.get(package, package) for package in packages} & set(versions())
+    used = {one for package in packages for one in DISTRIBUTIONS.get(package, {package})} & set(versions())
     (listed,) = (params["versions.yaml"] for params in both()[name]["params"] if "versions.yaml" in params)
     assert listed == sorted(used)
 
@@ -149,7 +144,8 @@ def test_versions_are_those_of_the_lock_file():
     lock = tomllib.loads((ROOT / "uv.lock").read_text(encoding="utf-8"))
     locked: dict[str, list[str]] = {}
     for package in lock["package"]:
-        locked.setdefault(package["name"], []).append(package["version"])
+        if "version" in package:  # the project itself has none there
+            locked.setdefault(package["name"], []).append(package["version"])
     listed = {name: found if isinstance(found, list) else [found] for name, found in versions().items()}
     assert listed == {name: sorted(locked[name]) for name in sorted(versions())}
 

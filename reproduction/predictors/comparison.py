@@ -33,7 +33,7 @@ def compare(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, Metr
     """
     errors: Rows = []
     order: Rows = []
-    metrics: Metrics = {target: {} for target in TARGETS} | {"suitability": {}}
+    metrics: Metrics = {name: {} for name in (*TARGETS, "suitability")}
     for model in dict.fromkeys(predictions["model"].to_pylist()):
         of_model = predictions.filter(pa.compute.equal(predictions["model"], model))
         for split in ("test", "experiment"):

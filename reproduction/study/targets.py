@@ -1,21 +1,23 @@
-"""What the predictor was meant to reach, beside what it reached: one row a bar, held or not."""
+"""What the predictor was meant to reach, beside what it reached: one row per target, reached or not."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from reproduction.experiment.gaps import Row
+if TYPE_CHECKING:
+    from reproduction.experiment.gaps import Row
 
 # Median relative errors of saving, optimal duration, penalty. [%]
-ERROR_BARS = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_penalty_j": 1.5}
+MOST_ERROR = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_penalty_j": 1.5}
 THESIS_ERRORS = {"energy_saving_j": 10.4, "optimal_duration_s": 4.5, "energy_penalty_j": 4.8}
 ORACLE_FACTOR = 1.5  # an error within this of the oracle's counts as reached: nobody knows the hidden state
-GAP_BARS = {"same_robot": 0.5, "unseen_payload": 1.0}  # mean gap to the optimum [%]
+MOST_GAP = {"same_robot": 0.5, "unseen_payload": 1.0}  # mean gap to the optimum [%]
 OURS = "robojoule_predicted"
 RIVALS = ("krc_polynomial_6", "predicted_three_segment")
 
 
-def bar_rows(
+def target_rows(
     motions_errors: Sequence[Row], motions_gaps: Sequence[Row], robots_errors: Sequence[Row], robots_gaps: Sequence[Row]
 ) -> list[Row]:
     """Judge the result tables; their values may be text, as read from CSV.
@@ -35,7 +37,7 @@ def bar_rows(
     for regime, name in (("same_robot", "a"), ("unseen_payload", "b")):
         gaps = _gaps([row for row in whole if row["regime"] == regime])
         for relaxation, found in gaps.items():
-            rows.append(_row(name, "mean gap", relaxation, found[OURS], GAP_BARS[regime]))
+            rows.append(_row(name, "mean gap", relaxation, found[OURS], MOST_GAP[regime]))
             if regime == "same_robot":
                 rows += [_row(name, f"gap of {rival}", relaxation, found[OURS], found[rival]) for rival in RIVALS]
     above = [float(str(row["above_unoptimized_percent"])) for row in whole if row["method"] == OURS]
@@ -44,7 +46,7 @@ def bar_rows(
         rows.append(
             _row("c, 0 motions", "gap of nominal physics", relaxation, found[f"{OURS}_0"], found["nominal_physics"])
         )
-        rows.append(_row("c, 50 motions", "mean gap", relaxation, found[f"{OURS}_50"], GAP_BARS["same_robot"]))
+        rows.append(_row("c, 50 motions", "mean gap", relaxation, found[f"{OURS}_50"], MOST_GAP["same_robot"]))
         rows.append(
             _row("c, 50 motions", "gap of krc_polynomial_6", relaxation, found[f"{OURS}_50"], found["krc_polynomial_6"])
         )
@@ -57,8 +59,8 @@ def bar_rows(
 def _errors(table: Sequence[Row], column: str, model: str, regime: str, case: str) -> list[Row]:
     rows = []
     for grid in ("measured", "fine"):
-        for target, bar in ERROR_BARS.items():
-            limit = max(bar, ORACLE_FACTOR * _error(table, column, "oracle", grid, target))
+        for target, aim in MOST_ERROR.items():
+            limit = max(aim, ORACLE_FACTOR * _error(table, column, "oracle", grid, target))
             value = _error(table, column, model, grid, target)
             rows.append(_row(regime, f"median error of {target}", f"{case}, {grid} grid", value, limit))
     return rows
@@ -80,10 +82,10 @@ def _gaps(table: Sequence[Row]) -> dict[str, dict[str, float]]:
     return gaps
 
 
-def _row(regime: str, bar: str, case: str, value: float, limit: float) -> Row:
+def _row(regime: str, figure: str, case: str, value: float, limit: float) -> Row:
     return {
         "regime": regime,
-        "bar": bar,
+        "figure": figure,
         "case": case,
         "value_percent": round(value, 4),
         "limit_percent": round(limit, 4),
