@@ -169,5 +169,5 @@ def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[
         found.append(f"{longer}: its energy is that of its own cycle")
     start, *_, end = tree.configurations_rad()
     if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
-        found.append("the cycle ends elsewhere than it starts: the way back is no part of the plan")
+        found.append("the cycle ends elsewhere than it starts: the way back is not part of the plan")
     return tuple(found)
