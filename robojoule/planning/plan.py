@@ -70,17 +70,17 @@ class Plan:
     @property
     def saving_percent(self) -> float:
         """Energy that the plan saves against the program as given. [%]"""
-        return _below_percent(self.energy_j, self.energy_given_j)
+        return _percent(self.energy_given_j - self.energy_j, self.energy_given_j)
 
     @property
     def saving_over_unoptimized_percent(self) -> float:
         """Energy that the plan saves against full speed and waiting at the end. [%]"""
-        return _below_percent(self.energy_j, self.energy_unoptimized_j)
+        return _percent(self.energy_unoptimized_j - self.energy_j, self.energy_unoptimized_j)
 
     @property
     def gap_to_optimum_percent(self) -> float:
         """By how much the plan's energy is above the proven bound at most. [%]"""
-        return -_below_percent(self.energy_j, self.bound_j)
+        return _percent(self.energy_j - self.bound_j, self.bound_j)
 
     @property
     def peak_torque_ratio(self) -> float:
@@ -124,9 +124,9 @@ class Plan:
         }
 
 
-def _below_percent(energy_j: float, reference_j: float) -> float:
-    """By how much an energy is below a reference, which is zero only where nothing draws energy. [%]"""
-    return 100.0 * (1.0 - energy_j / reference_j) if reference_j > 0.0 else 0.0
+def _percent(difference_j: float, reference_j: float) -> float:
+    """A difference as a share of a reference, which is zero only where nothing draws energy. [%]"""
+    return 100.0 * difference_j / reference_j if reference_j > 0.0 else 0.0
 
 
 def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule) -> CycleRun:
