@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
@@ -44,9 +44,7 @@ class SimulatedPlans:
     runs: NDArray[np.intp]
 
 
-def simulated_plans(
-    batch: TreeBatch, cycle_times_s: ArrayLike, *, relative_gap: float = RELATIVE_GAP
-) -> SimulatedPlans:
+def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: float = RELATIVE_GAP) -> SimulatedPlans:
     """Plan every tree at its cycle times.
 
     Args:
@@ -58,96 +56,79 @@ def simulated_plans(
         CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
         PlanningError: The solver failed.
     """
-    profiles = SimulatedProfiles(batch, cycle_times_s, relative_gap)
-    plans = profiles.solve()
-    costs = [profiles.costs_above(tree) for tree in range(len(batch.trees))]
-    return SimulatedPlans(plans, costs, profiles.adaptive.runs.copy())
-
-
-class SimulatedProfiles:
-    """Adaptive profiles of a batch, refined where plans stand.
-
-    Args:
-        batch: Trees.
-        cycle_times_s: Cycle times of each tree, shape (T, R). [s]
-        relative_gap: Proven gap of each plan at which no more runs are added. [-]
-
-    Raises:
-        CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
-    """
-
-    def __init__(self, batch: TreeBatch, cycle_times_s: ArrayLike, relative_gap: float = RELATIVE_GAP) -> None:
-        self.batch = batch
-        self.times = np.asarray(cycle_times_s, dtype=float)
-        self.relative_gap = relative_gap
-        self.adaptive = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
-        self._known: dict[int, Sandwich] = {}
-        self._open = list(range(len(batch.trees)))
-        for _ in range(MAX_ROUNDS):
-            if not self._refine():
-                break
-
-    def solve(self) -> list[list[Schedule]]:
-        """R plans for each tree; see `SimulatedPlans.plans`.
-
-        Raises:
-            PlanningError: The solver failed.
-        """
-        return [self._plans(tree) for tree in range(len(self.batch.trees))]
-
-    def _plans(self, tree: int) -> list[Schedule]:
-        times, step = self.times[tree], process_energy_j(self.batch.trees[tree])
-        found = chain_plans(self.batch.graphs[tree], self.costs_above(tree), times, relative_gap=_MILP_GAP)
+    times = np.asarray(cycle_times_s, dtype=float)
+    search = _Search(batch, times, relative_gap)
+    for _ in range(MAX_ROUNDS):
+        if not search.refine():
+            break
+    plans, costs = [], []
+    for tree in range(len(batch.trees)):
+        of_tree = search.costs(tree, [pair.above for pair in search.pairs(tree)])
+        step = process_energy_j(batch.trees[tree])
+        found = chain_plans(batch.graphs[tree], of_tree, times[tree], relative_gap=_MILP_GAP)
+        bounds = search.bounds_j(tree)
         # Where only one plan is possible, all at full speed, it is its own bound, with the energies that were run: the
         # profile above may lie higher there.
-        only = times <= self.batch.least_cycles_s[tree] * (1.0 + 1e-12)
-        excess = self._excess_at_full_speed_j(tree)
-        return [
-            replace(
-                plan,
-                energy_j=plan.energy_j - (excess if alone else 0.0) + step,
-                bound_j=(plan.energy_j - excess if alone else bound) + step,
-            )
-            for plan, bound, alone in zip(found, self._bounds_j(tree).tolist(), only.tolist(), strict=True)
-        ]
+        only = times[tree] <= batch.least_cycles_s[tree] * (1.0 + 1e-12)
+        excess = search.excess_at_full_speed_j(tree)
+        plans.append(
+            [
+                replace(
+                    plan,
+                    energy_j=plan.energy_j - (excess if alone else 0.0) + step,
+                    bound_j=(plan.energy_j - excess if alone else bound) + step,
+                )
+                for plan, bound, alone in zip(found, bounds.tolist(), only.tolist(), strict=True)
+            ]
+        )
+        costs.append(of_tree)
+    return SimulatedPlans(plans, costs, search.profiles.runs.copy())
 
-    def costs_above(self, tree: int) -> list[VertexCosts]:
-        """Costs of a tree's vertices with which it is planned: profiles above the true ones, true idle power."""
-        return self._costs(tree, [pair.above for pair in self._pairs(tree)])
 
-    def _pairs(self, tree: int) -> list[Sandwich]:
+class _Search:
+    """Adaptive profiles of a batch, refined where plans stand."""
+
+    def __init__(self, batch: TreeBatch, times: Array, relative_gap: float) -> None:
+        self.batch = batch
+        self.times = times
+        self.relative_gap = relative_gap
+        self.profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+        self._known: dict[int, Sandwich] = {}
+        self._open = list(range(len(batch.trees)))
+
+    def pairs(self, tree: int) -> list[Sandwich]:
         """Profiles above and below of a tree's motions."""
         rows = self.batch.rows[tree]
         for motion in range(rows.start, rows.stop):
             if motion not in self._known:
-                self._known[motion] = self.adaptive.sandwich(motion)
+                self._known[motion] = self.profiles.sandwich(motion)
         return [self._known[motion] for motion in range(rows.start, rows.stop)]
 
-    def _costs(self, tree: int, profiles: list[PiecewiseLinearProfile]) -> list[VertexCosts]:
+    def costs(self, tree: int, profiles: list[PiecewiseLinearProfile]) -> list[VertexCosts]:
         """Costs of a tree's vertices with true idle power."""
         rows = self.batch.rows[tree]
         prior, post = self.batch.idle_prior_w[rows].tolist(), self.batch.idle_post_w[rows].tolist()
         return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
 
-    def _excess_at_full_speed_j(self, tree: int) -> float:
+    def excess_at_full_speed_j(self, tree: int) -> float:
         """By how much the profiles above exceed the energy of the fastest runs of a tree. [J]"""
         motions = range(self.batch.rows[tree].start, self.batch.rows[tree].stop)
-        fastest = (self.adaptive.profiles[motion].energies_j[0] for motion in motions)
-        pairs = zip(self._pairs(tree), fastest, strict=True)
+        fastest = (self.profiles.profiles[motion].energies_j[0] for motion in motions)
+        pairs = zip(self.pairs(tree), fastest, strict=True)
         return sum(float(pair.above.energies_j[0] - energy) for pair, energy in pairs)
 
-    def _bounds_j(self, tree: int) -> Array:
+    def bounds_j(self, tree: int) -> Array:
         """Lower bound of the energy at each cycle time, without process steps, shape (R,). [J]"""
-        below = self._costs(tree, [pair.below for pair in self._pairs(tree)])
+        below = self.costs(tree, [pair.below for pair in self.pairs(tree)])
         return pareto_curve(self.batch.graphs[tree], below).energy_j(self.times[tree])
 
-    def _refine(self) -> bool:
+    def refine(self) -> bool:
         """One round for all trees that are not near enough to their bounds; false if there is nothing to do."""
         wanted: dict[int, Array] = {}
         trees = {tree: self._wanted(tree) for tree in self._open}
         for found in trees.values():
             wanted.update(found)
-        added = self.adaptive.add(wanted)
+        added = self.profiles.add(wanted)
         for motion in added:
             del self._known[motion]
         self._open = [tree for tree, found in trees.items() if not found.keys().isdisjoint(added)]
@@ -155,9 +136,9 @@ class SimulatedProfiles:
 
     def _wanted(self, tree: int) -> dict[int, Array]:
         """Durations at which runs are missing, by motion."""
-        pairs, graph, times = self._pairs(tree), self.batch.graphs[tree], self.times[tree]
-        below = pareto_curve(graph, self._costs(tree, [pair.below for pair in pairs]))
-        above = pareto_curve(graph, self._costs(tree, [pair.above for pair in pairs]))
+        pairs, graph, times = self.pairs(tree), self.batch.graphs[tree], self.times[tree]
+        below = pareto_curve(graph, self.costs(tree, [pair.below for pair in pairs]))
+        above = pareto_curve(graph, self.costs(tree, [pair.above for pair in pairs]))
         bounds, energies = below.energy_j(times), above.energy_j(times)
         loose = (energies - bounds > self.relative_gap * energies) & (times > self.batch.least_cycles_s[tree])
         planned = below.plan_durations_s(times[loose])
