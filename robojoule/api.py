@@ -19,8 +19,9 @@ from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
 from robojoule.planning.pareto import TradeOff, trade_offs
 from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
-from robojoule.planning.simulated import SimulatedProfiles
+from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.writeback import write_plans
+from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
 from robojoule.programs.program import Program
 from robojoule.robots.robot import Robot
@@ -54,8 +55,8 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
     least_s = float(batch.least_cycles_s[0])
     wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s)
 
-    profiles = SimulatedProfiles(batch, [[wanted_s]], RELATIVE_GAP)
-    schedule = profiles.solve()[0][0]
+    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
     written = write_plans(batch, [[schedule]])[0][0]
     run = verify(batch, written, schedule)
 

@@ -13,7 +13,14 @@ from reproduction.predictors import estimators
 from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams, StudyParams
-from reproduction.study.plans import Costs, evaluate_plans, path_costs, polynomial_method, three_segment_method
+from reproduction.study.plans import (
+    Costs,
+    evaluate_plans,
+    path_costs,
+    polynomial_method,
+    source_costs,
+    three_segment_method,
+)
 from reproduction.study.plant import Plant, draw_plant
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import motion_features
@@ -21,7 +28,6 @@ from reproduction.study.transfer import transferred_prior
 from robojoule.arrays import Array
 from robojoule.calibration.runs import Calibration
 from robojoule.calibration.unknowns import Unknowns
-from robojoule.planning.predicted import predicted_costs
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
 from robojoule.robots import list_robots, load_robot
@@ -156,9 +162,9 @@ def physics_costs(
     }
     for name, predictor in predictors.items():
         predicted = predictor.predict(batch.nominal_paths, limits)
-        costs[name] = predicted_costs(batch, predicted)
+        costs[name] = source_costs(batch, predicted)
         if cautious:
-            costs[f"{name}_cautious"] = predicted_costs(batch, predicted, cautious=True)
+            costs[f"{name}_cautious"] = source_costs(batch, predicted.cautious())
     return costs
 
 

@@ -50,7 +50,7 @@ def test_profiles_are_convex_and_durations_exact(noisy):
     np.testing.assert_allclose(predicted.duration_s, test.paths.simulate(limits).duration_s, rtol=1e-9)
     for motion in range(test.paths.motions):
         for cautious in (False, True):
-            profile = predicted.piecewise(motion, cautious=cautious)
+            profile = (predicted.cautious() if cautious else predicted).enclosure(motion).above
             assert (np.diff(profile.slopes_w) > 0.0).all()
     np.testing.assert_allclose(predicted.cautious_j[:, -1], predicted.energy_j[:, -1])
     assert (predicted.cautious_j >= predicted.energy_j - 1e-9).all()
