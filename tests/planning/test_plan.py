@@ -1,7 +1,9 @@
 """Plans: what they compare, what they warn of, what they refuse."""
 
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +18,8 @@ from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.programs.program import Program
 from tests.core_cases import HOME_DEG, kr16
 from tests.planning.trees import busy_tree, tree
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "operation-tree.md"
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +57,8 @@ def test_plain_data_holds_every_figure(run):
     for name in (derived | fields) - {"moves"}:
         assert data[name] == getattr(made, name), name
     assert (data["program"], data["robot"]) == ("busy", "arm")
+    described = set(re.findall(r"`(\w+)`", DOCUMENT.read_text(encoding="utf-8")))
+    assert {*data, *data["moves"][0]} - {"program", "robot", "payload_kg"} <= described
     assert repr(made).startswith("Plan('busy' on 'arm': cycle_time_s=")
 
 
