@@ -19,8 +19,8 @@ export PYTHONUTF8 = 1
 help:
 	@echo 'make repro   set up, reproduce every stage that is out of date (dvc repro), print Table 6.1'
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
-	@echo 'make test    set up, run all tests'
-	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they stand on'
+	@echo 'make test    set up, run all tests on all processors; what was left out is named at the end'
+	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they depend on'
 	@echo 'make bench   set up, measure speed and memory, write benchmarks/results.json (FULL=1: whole pipeline, too)'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
@@ -33,7 +33,7 @@ flow: $(READY)
 	@$(IN_VENV) $(PY) -m stages.show_table
 
 test: $(READY)
-	@$(IN_VENV) $(PY) -m pytest -q
+	@$(IN_VENV) $(PY) -m pytest -q -n auto
 
 study: $(READY)
 	@$(IN_VENV) $(PY) -m dvc repro studies/dvc.yaml

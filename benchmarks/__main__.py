@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -21,7 +22,7 @@ def main() -> None:
     results: dict[str, object] = {"machine": machine(), "versions": versions()}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        works = {
+        works: dict[str, Callable[[], object]] = {
             "simulation": lambda: simulation.measure(1000, 20, 9),
             "series": lambda: series.measure(folder),
             "planning": planning.measure,

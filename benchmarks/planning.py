@@ -54,16 +54,20 @@ def measure() -> dict[str, float]:
     least = float(small.least_cycles_s[0])
     sweep = np.linspace(1.0, 2.5, CYCLE_TIMES) * least
 
-    def solved(times: np.ndarray) -> None:
+    def solve(times: np.ndarray) -> None:
         solver = PlanSolver(graph, costs)
         for time in times:
             solver.solve(float(time))
 
+    def rebuilt() -> None:
+        for k in range(0, CYCLE_TIMES, CYCLE_TIMES // REBUILT):
+            solve(sweep[k : k + 1])
+
     seconds = interleaved(
         5,
-        once=lambda: solved(np.array([RELAXATION * least])),
-        sweep=lambda: solved(sweep),
-        rebuilt=lambda: [solved(sweep[k : k + 1]) for k in range(0, CYCLE_TIMES, CYCLE_TIMES // REBUILT)],
+        once=lambda: solve(np.array([RELAXATION * least])),
+        sweep=lambda: solve(sweep),
+        rebuilt=rebuilt,
     )
     cycle_times = RELAXATION * large.least_cycles_s[:, None]
 

@@ -170,8 +170,8 @@ def measure(motions: int, plain_motions: int, rounds: int) -> dict[str, float]:
     duration, energy = plain_runs(paths, range(plain_motions))
     dense, part = np.linspace(0.1, 1.0, 91), slice(0, max(motions // 5, 1))
     works: dict[str, tuple[Callable[[], object], int]] = {
-        "ours": (lambda: MotionPaths(robot, start, end).simulate(SPEED_LIMITS), motions),
-        "ours_91": (lambda: MotionPaths(robot, start[part], end[part]).simulate(dense), part.stop),
+        "robojoule": (lambda: MotionPaths(robot, start, end).simulate(SPEED_LIMITS), motions),
+        "robojoule_91": (lambda: MotionPaths(robot, start[part], end[part]).simulate(dense), part.stop),
         "plain": (lambda: plain_runs(paths, range(plain_motions)), plain_motions),
         "rnea_in_parallel": (lambda: parallel_calls(robot, points), motions),
         "recursion": (lambda: recursion_calls(robot, points), motions),
@@ -182,10 +182,10 @@ def measure(motions: int, plain_motions: int, rounds: int) -> dict[str, float]:
     times = {name: np.array([one[name] for one in rounds_s]) for name in works}
     dynamics = min(times["rnea_in_parallel"], times["recursion"], key=np.median)
     ratios = {
-        "speedup_over_plain": times["plain"] / times["ours"],
-        "ratio_to_floor": times["ours"] / (dynamics + times["ruckig_joints"]),
-        "ratio_to_least_floor": times["ours"] / (dynamics + times["ruckig_path"]),
-        "cost_of_91_over_10_speed_limits": times["ours_91"] / times["ours"],
+        "speedup_over_plain": times["plain"] / times["robojoule"],
+        "ratio_to_floor": times["robojoule"] / (dynamics + times["ruckig_joints"]),
+        "ratio_to_least_floor": times["robojoule"] / (dynamics + times["ruckig_path"]),
+        "cost_of_91_over_10_speed_limits": times["robojoule_91"] / times["robojoule"],
     }
     return {
         **{name: round(float(np.median(ratio)), 3) for name, ratio in ratios.items()},

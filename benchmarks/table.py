@@ -12,50 +12,50 @@ RESULTS = ROOT / "benchmarks" / "results.json"
 PAGE = ROOT / "docs" / "performance.md"
 BEGIN, END = "<!-- measured: begin -->\n", "<!-- measured: end -->\n"
 
-# Section, figure, what it is, bar, and the absolute figures beside it.
+# Section, figure, what it is, target, and the absolute figures beside it.
 ROWS: tuple[tuple[str, str, str, str, str], ...] = (
     (
         "simulation",
         "speedup_over_plain",
-        "plain way over ours, energies of a motion at 10 speed limits",
+        "plain way over robojoule, energies of a motion at 10 speed limits",
         "at least 100",
-        "{ours_ms_per_motion} ms against {plain_ms_per_motion} ms a motion, one core",
+        "{robojoule_ms_per_motion} ms against {plain_ms_per_motion} ms per motion, one core",
     ),
     (
         "simulation",
         "ratio_to_floor",
-        "ours over the floor",
+        "robojoule over the floor",
         "at most 3",
-        "{floor_nodes} path nodes: {rnea_in_parallel_ms_per_motion} ms a motion by `rneaInParallel`, "
-        "{recursion_ms_per_motion} ms by our recursion; Ruckig {ruckig_joints_ms_per_motion} ms",
+        "{floor_nodes} path nodes: {rnea_in_parallel_ms_per_motion} ms per motion by `rneaInParallel`, "
+        "{recursion_ms_per_motion} ms by robojoule's recursion; Ruckig {ruckig_joints_ms_per_motion} ms",
     ),
     (
         "simulation",
         "ratio_to_least_floor",
-        "ours over the floor with Ruckig on one axis only",
+        "robojoule over the floor with Ruckig on one axis only",
         "",
-        "Ruckig {ruckig_path_ms_per_motion} ms a motion",
+        "Ruckig {ruckig_path_ms_per_motion} ms per motion",
     ),
     (
         "simulation",
         "cost_of_91_over_10_speed_limits",
         "91 speed limits over 10",
         "at most 10",
-        "{ours_91_ms_per_motion} ms a motion",
+        "{robojoule_91_ms_per_motion} ms per motion",
     ),
     (
         "simulation",
         "max_energy_deviation",
         "largest deviation of an energy from samples at 4 kHz",
         "at most 0.001",
-        "plain way from ours: {max_plain_energy_deviation}; durations: {max_duration_deviation_s} s (bar: 1e-9)",
+        "plain way from robojoule: {max_plain_energy_deviation}; durations: {max_duration_deviation_s} s (target: 1e-9)",
     ),
     (
         "series",
         "ratio_to_bare_writer",
         "simulation and time series to Parquet over bare writing of the same rows",
         "",
-        "{motions_per_s_on_two_cores} motions a second on two cores (bar: 300), "
+        "{motions_per_s_on_two_cores} motions per second on two cores (target: 300), "
         "bare writer {bare_writer_motions_per_s_on_one_core} on one",
     ),
     (
@@ -70,29 +70,29 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
         "two_workers_over_one",
         "rate of two worker processes over one",
         "at least 1.8",
-        "{motions_per_s_two_workers} motions a second with two",
+        "{motions_per_s_two_workers} motions per second with two",
     ),
     (
         "scale",
         "memory_last_over_the_one_before",
         "peak memory, largest set over a tenth of it",
         "flat",
-        "{peak_mib} MiB in all processes (bar: 2048); {ms_a_further_motion} ms a further motion",
+        "{peak_mib} MiB in all processes (target: 2048); {ms_a_further_motion} ms for each further motion",
     ),
     (
         "planning",
         "rebuilt_over_sweep",
         "100 cycle times with models built anew over one model solved again",
         "",
-        "model and solution {build_and_solve_ms} ms (bar: 30), 100 cycle times {sweep_of_100_s} s (bar: 1), "
-        "500 motions {tree_of_500_s} s (bar: 2)",
+        "model and solution {build_and_solve_ms} ms (target: 30), 100 cycle times {sweep_of_100_s} s (target: 1), "
+        "500 motions {tree_of_500_s} s (target: 2)",
     ),
     (
         "commands",
         "profile_over_import_pinocchio",
         "`robojoule profile` over `import pinocchio`",
         "at most 3",
-        "{profile_s} s (bar: 1.5) against {import_pinocchio_s} s; `robojoule --help` {help_s} s (bar: 0.3)",
+        "{profile_s} s (target: 1.5) against {import_pinocchio_s} s; `robojoule --help` {help_s} s (target: 0.3)",
     ),
     (
         "commands",
@@ -106,25 +106,25 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
         "pipeline_over_bare_work",
         "`dvc repro -f` over bare writing and bare fits",
         "at most 4",
-        "{pipeline_s} s (bar: 90) against {bare_work_s} s; {peak_mib} MiB (bar: 2048)",
+        "{pipeline_s} s (target: 90) against {bare_work_s} s; {peak_mib} MiB (target: 2048)",
     ),
 )
 
 
 def markdown(results: dict[str, Any]) -> str:
-    """Machine, ratios with their bars, and the curve over the number of motions."""
+    """Machine, ratios with their targets, and the curve over the number of motions."""
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in results["versions"].items())
     lines = [
         f"On {machine['processor']}, {machine['cores']} cores, Python {machine['python']}; {versions}.",
         "",
-        "| ratio | of | bar | absolute |",
+        "| ratio | of | target | absolute |",
         "|---|---|---|---|",
     ]
-    for section, figure, text, bar, absolute in ROWS:
+    for section, figure, text, target, absolute in ROWS:
         found = {name: f"{x:.4g}" for name, x in results.get(section, {}).items() if not isinstance(x, list)}
         if figure in found:
-            lines.append(f"| {found[figure]} | {text} | {bar} | {absolute.format(**found)} |")
+            lines.append(f"| {found[figure]} | {text} | {target} | {absolute.format(**found)} |")
     lines += ["", "| motions | runs | time [s] | peak memory [MiB] |", "|---|---|---|---|"]
     for row in results["scale"]["curve"]:
         motions = int(row["motions"])
@@ -133,7 +133,7 @@ def markdown(results: dict[str, Any]) -> str:
 
 
 def measured_part(page: str) -> str:
-    """What stands between the marks of the page."""
+    """What is between the marks of the page."""
     return page.split(BEGIN)[1].split(END)[0]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 
 
@@ -34,6 +35,26 @@ class InputError(RobojouleError):
         where = ", ".join(part for part in (self.file, key) if part)
         message = f"{where}: {problem}" if where else problem
         super().__init__(f"{message}; allowed: {allowed}" if allowed else message)
+
+
+class MissingPackage(InputError):
+    """What was asked for needs a package that is not installed.
+
+    Args:
+        purpose: What needs it.
+        package: Name of the package.
+        extra: Extra of robojoule that brings it.
+    """
+
+    def __init__(self, purpose: str, package: str, extra: str) -> None:
+        self.package = package
+        super().__init__(f"{purpose} needs {package}, which is not installed: pip install 'robojoule[{extra}]'")
+
+
+def require_package(package: str, extra: str, purpose: str) -> None:
+    """Raise `MissingPackage` where an optional package is not installed; nothing is imported."""
+    if find_spec(package) is None:
+        raise MissingPackage(purpose, package, extra)
 
 
 class CycleTimeTooShort(InputError):

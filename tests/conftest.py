@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import socket
@@ -11,11 +12,14 @@ import tempfile
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
+from xdist.scheduler import LoadFileScheduling
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -40,6 +44,43 @@ TOY_PARAMS = {
         "payload_sensitivity_kg": [10],
     },
 }
+
+
+# Fixtures that take long to set up and serve tests of several files, as a parameter of a test.
+EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
+
+
+@cache
+def worker_group(file: str) -> str:
+    """Tests of one group run in one worker: those of a file, and all of the files that need an expensive fixture."""
+    return "pipeline" if EXPENSIVE.search((ROOT / file).read_text(encoding="utf-8")) else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling:
+    """By group and in the order of collection; the group marks of pytest-xdist 3.8 have no effect with pytest 9.2."""
+
+    class GroupScheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return worker_group(super()._split_scope(nodeid))
+
+    config.option.loadscopereorder = False
+    return GroupScheduling(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The group that takes the longest comes first."""
+    items.sort(key=lambda item: worker_group(str(item.path)) != "pipeline")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """With ROBOJOULE_NO_SKIPS=1, as on a build server, a test that is skipped counts as failed."""
+    report = yield
+    if os.environ.get("ROBOJOULE_NO_SKIPS") == "1" and report.skipped and not hasattr(report, "wasxfail"):
+        report.outcome = "failed"
+        report.longrepr = f"no test may be skipped here: {report.longrepr}"
+    return report
 
 
 def pytest_unconfigure() -> None:

@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
 from tests.flows.test_pipeline import post
 
-DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 # docs/operation-tree.md has a test of its own, which makes the files that its snippets read.
 WITH_SNIPPETS = [path for path in DOCUMENTS if path.name != "operation-tree.md"]
 
@@ -31,15 +31,24 @@ def snippets(path: Path, *languages: str) -> list[Snippet]:
     return [Snippet(language.strip(), text) for language, text in blocks if language.strip() in languages]
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
+def anchors(path: Path) -> set[str]:
+    """Names by which links reach the headings of a page."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(path: Path):
-    text = path.read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)\s]+)\)", text):
-        if not target.startswith(("http://", "https://", "#")):
-            assert (path.parent / target.split("#")[0]).exists(), f"{path.name} links to {target}"
+    """To a file that is there, and to a heading of it where one is named."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", path.read_text(encoding="utf-8")):
+        if not target.startswith(("http://", "https://")):
+            name, _, heading = target.partition("#")
+            file = path.parent / name if name else path
+            assert file.exists(), f"{path.name} links to {target}"
+            assert not heading or heading in anchors(file), f"{path.name} links to {target}"
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_every_block_has_a_known_language(path: Path):
     """Else a snippet would go untested by a slip of the fence."""
     fences = re.findall(r"^```(\S.*)$", path.read_text(encoding="utf-8"), re.M)

@@ -86,7 +86,7 @@ def fit(estimator: Pipeline, inputs: Any, targets: Any) -> Pipeline:
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+    from threadpoolctl import threadpool_limits
 
     with warnings.catch_warnings(), threadpool_limits(1):  # sums of a matrix product depend on the number of threads
         warnings.simplefilter("ignore", ConvergenceWarning)  # the number of epochs is a chosen parameter

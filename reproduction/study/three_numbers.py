@@ -104,7 +104,7 @@ def fit_model(
     """
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.model_selection import GridSearchCV, GroupKFold
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+    from threadpoolctl import threadpool_limits
 
     estimator, grid = _estimator(name, seed)
     if name == "shallow_network" and len(features) > shallow_samples:

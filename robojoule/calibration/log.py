@@ -11,16 +11,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.calibration.log_table import LogTable, read_table
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 LIMIT_MARGIN_RAD = 0.02  # overshoot and calibration offsets of a real arm
 LARGEST_STEP_S = 0.02  # 50 Hz: a jerk phase of a fast arm must not fall between two samples
@@ -65,13 +62,13 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence
         InputError: The file cannot be read; columns are missing, doubled or not numbers; cells are empty; time does
             not rise, has gaps or is too coarse; positions or velocities are beyond the robot's limits.
     """
-    table = _read_table(Path(path))
-    source, count = str(path), robot.joint_count
-    _check_columns(table, source, count)
-    time = _column(table, source, "time_s")
+    table = read_table(Path(path))
+    source, count = table.source, robot.joint_count
+    _check_columns(table, count)
+    time, power = table.column("time_s"), table.column("power_w")
     _check_time(time, source)
-    position = _positions(table, source, robot)
-    payload = _column(table, source, "payload_kg") if "payload_kg" in table.column_names else None
+    position = _positions(table, robot)
+    payload = table.column("payload_kg") if "payload_kg" in table.names else None
     if payload is not None and payload.min() < 0.0:
         raise InputError("a payload is negative", file=source, key="payload_kg", allowed="0 kg or more")
     if payload is not None:
@@ -80,80 +77,42 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence
         source=source,
         time_s=time,
         position_rad=position,
-        power_w=_column(table, source, "power_w"),
-        velocity_rad_s=_joint_columns(table, source, count, "velocity_rad_s"),
-        torque_nm=_torques(table, source, robot, torque_constants_nm_per_a),
+        power_w=power,
+        velocity_rad_s=_joint_columns(table, count, "velocity_rad_s"),
+        torque_nm=_torques(table, robot, torque_constants_nm_per_a),
         payload_kg=payload,
     )
     _check_velocity(log, robot)
     return log
 
 
-def _read_table(path: Path) -> pa.Table:
-    import pyarrow as pa
-    from pyarrow import csv, parquet
-
-    suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet"):
-        raise InputError(f"unknown file type '{suffix}'", file=path, allowed=".csv, .parquet")
-    try:
-        table = parquet.read_table(path) if suffix == ".parquet" else csv.read_csv(path)
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=path) from None
-    except (OSError, pa.ArrowException) as error:
-        first = " ".join(str(error).split())
-        raise InputError(f"the log cannot be read ({first})", file=path) from None
-    if table.num_rows == 0:
-        raise InputError("the log has no rows", file=path)
-    return table
-
-
-def _check_columns(table: pa.Table, source: str, count: int) -> None:
-    names = table.column_names
-    doubled = sorted({name for name in names if names.count(name) > 1})
-    if doubled:
-        raise InputError("this column appears twice", file=source, key=doubled[0])
-    for name in names:
+def _check_columns(table: LogTable, count: int) -> None:
+    for name in table.names:
         match = _JOINT_COLUMN.fullmatch(name)
         if match is None:
             continue
         if match[2] not in _JOINT_QUANTITIES:
             allowed = ", ".join(f"q{match[1]}_{quantity}" for quantity in _JOINT_QUANTITIES)
-            raise InputError("unknown joint column", file=source, key=name, allowed=allowed)
+            raise InputError("unknown joint column", file=table.source, key=name, allowed=allowed)
         if not 1 <= int(match[1]) <= count:
-            raise InputError(f"the robot has {count} joints only", file=source, key=name, allowed=f"q1 to q{count}")
-    for name in ("time_s", "power_w"):
-        if name not in names:
-            raise InputError("this column is missing", file=source, key=name)
+            problem = f"the robot has {count} joints only"
+            raise InputError(problem, file=table.source, key=name, allowed=f"q1 to q{count}")
 
 
-def _column(table: pa.Table, source: str, name: str) -> Array:
-    import pyarrow as pa
-
-    column: Any = table.column(name)
-    if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
-        raise InputError(f"the column holds {column.type}, not numbers", file=source, key=name)
-    values = column.cast(pa.float64()).to_numpy(zero_copy_only=False)
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        raise InputError(f"row {bad[0] + 1} is empty or not a finite number", file=source, key=name)
-    return np.asarray(values, dtype=float)
-
-
-def _joint_columns(table: pa.Table, source: str, count: int, quantity: str) -> Array | None:
+def _joint_columns(table: LogTable, count: int, quantity: str) -> Array | None:
     names = [f"q{joint}_{quantity}" for joint in range(1, count + 1)]
-    present = [name in table.column_names for name in names]
-    if not any(present):
+    missing = [name for name in names if name not in table.names]
+    if len(missing) == count:
         return None
-    if not all(present):
-        missing = names[present.index(False)]
-        raise InputError("this column is missing (the other joints have theirs)", file=source, key=missing)
-    return np.stack([_column(table, source, name) for name in names], axis=1)
+    if missing:
+        raise InputError("this column is missing (the other joints have theirs)", file=table.source, key=missing[0])
+    return np.stack([table.column(name) for name in names], axis=1)
 
 
-def _positions(table: pa.Table, source: str, robot: Robot) -> Array:
-    radians = _joint_columns(table, source, robot.joint_count, "rad")
-    degrees = _joint_columns(table, source, robot.joint_count, "deg")
+def _positions(table: LogTable, robot: Robot) -> Array:
+    source = table.source
+    radians = _joint_columns(table, robot.joint_count, "rad")
+    degrees = _joint_columns(table, robot.joint_count, "deg")
     if radians is not None and degrees is not None:
         raise InputError("positions are given in radians and in degrees", file=source, key="q1_deg", allowed="one")
     if radians is None and degrees is None:
@@ -181,11 +140,10 @@ def _positions(table: pa.Table, source: str, robot: Robot) -> Array:
     return position
 
 
-def _torques(
-    table: pa.Table, source: str, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None
-) -> Array | None:
-    torque = _joint_columns(table, source, robot.joint_count, "torque_nm")
-    current = _joint_columns(table, source, robot.joint_count, "current_a")
+def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None) -> Array | None:
+    source = table.source
+    torque = _joint_columns(table, robot.joint_count, "torque_nm")
+    current = _joint_columns(table, robot.joint_count, "current_a")
     if torque is not None and current is not None:
         raise InputError("torques and currents are both given", file=source, key="q1_current_a", allowed="one of both")
     if current is None:

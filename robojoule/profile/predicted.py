@@ -205,7 +205,7 @@ def fit_profile_predictor(
 
 def one_thread() -> AbstractContextManager[object]:
     """Matrix products on one thread: they are small, and their sums must not depend on the number of threads."""
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+    from threadpoolctl import threadpool_limits
 
     limits: AbstractContextManager[object] = threadpool_limits(1)
     return limits

@@ -95,7 +95,7 @@ CASES = {
     "unknown quantity": (columns(q1_velocity_deg_s=TIME), "q1_velocity_deg_s: unknown joint column"),
     "both units": (columns(**{f"q{j}_deg": TIME for j in range(1, 7)}), "in radians and in degrees"),
     "not a number": (cell("power_w", 7, np.nan), "power_w: row 8 is empty or not a finite number"),
-    "text": (columns(power_w=["many"] * N), "power_w: the column holds string, not numbers"),
+    "text": (columns(power_w=["many"] * N), "power_w: row 1 holds 'many', which is not a number"),
     "time falls": (cell("time_s", 9, 0.0), "time_s: time does not rise at row 10"),
     "gap": (columns(time_s=GAP), "gap of 0.504 s after row 200 (t = 0.7960 s)"),
     "too coarse": (columns(time_s=10.0 * TIME), "the samples are 0.04 s apart"),
@@ -153,3 +153,36 @@ def test_unreadable_files(tmp_path, robot):
     (tmp_path / "doubled.csv").write_text("time_s,power_w,power_w\n0,1,2\n")
     with pytest.raises(InputError, match="power_w: this column appears twice"):
         read_log(tmp_path / "doubled.csv", robot)
+
+
+def test_csv_files_of_spreadsheets_are_read(tmp_path, robot):
+    """A byte order mark, quoted names, blank lines and Windows line ends."""
+    path = save(tmp_path, columns())
+    lines = path.read_text().splitlines()
+    text = "\r\n".join(["\ufeff" + lines[0], *lines[1:200], "", *lines[200:], "", ""])
+    (tmp_path / "sheet.csv").write_bytes(text.encode())
+    np.testing.assert_array_equal(read_log(tmp_path / "sheet.csv", robot).power_w, read_log(path, robot).power_w)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (lambda cells: cells[:-1], "row 4 has 7 cells, the header 8"),
+        (lambda cells: [*cells, "1.0"], "row 4 has 9 cells, the header 8"),
+        (lambda cells: [*cells[:-1], ""], "power_w: row 4 is empty or not a finite number"),
+        (lambda cells: [*cells[:-1], "5OO"], "power_w: row 4 holds '5OO', which is not a number"),
+    ],
+    ids=["a cell too few", "a cell too many", "an empty cell", "a slip of the pen"],
+)
+def test_damaged_rows_are_refused(tmp_path, robot, line, message):
+    path = save(tmp_path, columns())
+    lines = path.read_text().splitlines()
+    lines[4] = ",".join(line(lines[4].split(",")))
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=re.escape(message)):
+        read_log(path, robot)
+
+
+def test_parquet_columns_must_be_numbers(tmp_path, robot):
+    with pytest.raises(InputError, match="power_w: the column holds string, not numbers"):
+        read_log(save(tmp_path, columns(power_w=["many"] * N), ".parquet"), robot)

@@ -1,0 +1,1 @@
+"""Speed and memory against plain ways and floors; `make bench` runs them all."""
