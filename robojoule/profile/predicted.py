@@ -191,7 +191,11 @@ def calibrated_predictor(
     distinct = [part.distinct() for part in runs]
     calibration = calibrate(vector, distinct, [part.integrals(directions) for part in distinct], prior)
     count = sum(int(np.isfinite(part.energy_j).sum()) for part in distinct)
-    note = f"calibrated on {count} runs" if count else "nominal physics of the catalog entry: no run of it is known"
+    note = (
+        f"calibrated on {count} runs of {robot.name}"
+        if count
+        else f"no run of {robot.name} is known: nominal physics of its entry, with the wide interval expected of one"
+    )
     return ProfilePredictor.of(robot, directions, calibration, note)
 
 

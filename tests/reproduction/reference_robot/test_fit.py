@@ -63,7 +63,9 @@ def test_priors_and_fitted_values_lie_within_their_ranges(fitted):
         low, high = parameter.range
         assert low <= parameter.prior <= high
         assert low <= document["parameters"][name] <= high
-        assert parameter.value(parameter.prior_share) == pytest.approx(parameter.prior)
+        transform = parameter.transform
+        assert transform.value(transform.inverse(parameter.prior)) == pytest.approx(parameter.prior)
+        assert transform.value(np.array([0.0, 1.0])) == pytest.approx(parameter.range)
 
 
 def test_the_fit_beats_its_prior(fitted):
