@@ -16,8 +16,9 @@ from reproduction.motions.shards import random_motions
 from reproduction.trees.generate import tree_from_configurations
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
-from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
+from robojoule.planning.source_plans import plan_on_source
+from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -65,7 +66,11 @@ def measure() -> dict[str, float]:
         rebuilt=lambda: [solved(sweep[k : k + 1]) for k in range(0, CYCLE_TIMES, CYCLE_TIMES // REBUILT)],
     )
     cycle_times = RELAXATION * large.least_cycles_s[:, None]
-    many = interleaved(3, large=lambda: simulated_plans(large, cycle_times))["large"]
+
+    def profiles() -> AdaptiveProfiles:
+        return AdaptiveProfiles(large.paths, large.slowest_speed_limit)
+
+    many = interleaved(3, large=lambda: plan_on_source(profiles(), large, cycle_times))["large"]
     return rounded(
         {
             "rebuilt_over_sweep": ratio(seconds, "rebuilt", "sweep") * CYCLE_TIMES / REBUILT,

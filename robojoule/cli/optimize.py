@@ -46,8 +46,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.tree_files import load_tree, save_tree
     from robojoule.planning.batch import TreeBatch
     from robojoule.planning.rule import rule_plan
-    from robojoule.planning.simulated import simulated_plans
+    from robojoule.planning.source_plans import plan_on_source
     from robojoule.planning.writeback import simulate_trees, speed_limits_of_plans, write_plan
+    from robojoule.profile.adaptive import AdaptiveProfiles
 
     robot = robot_of(arguments)
     tree = load_tree(arguments.program, robot)
@@ -55,7 +56,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     graph, least = batch.graphs[0], float(batch.least_cycles_s[0])
     cycle = cycle_time_s(arguments.cycle_time, least)
     plans = [rule_plan(graph, batch.d_min_s, cycle)]
-    plans += simulated_plans(batch, np.array([[cycle]]), relative_gap=RELATIVE_GAP).plans[0]
+    source = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    plans += plan_on_source(source, batch, np.array([[cycle]]), relative_gap=RELATIVE_GAP).plans[0]
     limits = speed_limits_of_plans(batch, [plans])
     durations = batch.paths.durations(limits)
     written = [write_plan(tree, graph, plan, limits[:, k], durations[:, k]) for k, plan in enumerate(plans)]

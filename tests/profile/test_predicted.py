@@ -11,7 +11,6 @@ from robojoule.calibration.run_model import run_parameters
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.predicted import calibrated_predictor
-from robojoule.profile.predicted_source import PredictedSource
 from robojoule.profile.predictor_file import load_profile_predictor, save_profile_predictor
 from robojoule.profile.reference import TRAINED, reference_predictor
 from robojoule.robots import load_robot
@@ -35,7 +34,7 @@ def test_profiles_are_convex_and_durations_exact(noisy):
     np.testing.assert_allclose(predicted.duration_s, test.paths.simulate(limits).duration_s, rtol=1e-9)
     for motion in range(test.paths.motions):
         for cautious in (False, True):
-            profile = predicted.piecewise(motion, cautious=cautious)
+            profile = (predicted.cautious() if cautious else predicted).enclosure(motion).above
             assert (np.diff(profile.slopes_w) > 0.0).all()
     np.testing.assert_allclose(predicted.cautious_j[:, -1], predicted.energy_j[:, -1])
     assert (predicted.cautious_j >= predicted.energy_j - 1e-9).all()
@@ -173,16 +172,3 @@ def test_predicting_needs_numpy_alone():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True", "[]"]
-
-
-def test_the_source_gives_profiles_and_idle_powers_of_motions(reference):
-    paths = cases.batch(cases.plant(), 3, 31).nominal_paths
-    profiles, idle = PredictedSource(reference, 0.1).profiles(paths)
-    cautious, _ = PredictedSource(reference, 0.1, cautious=True).profiles(paths)
-    assert PredictedSource.name == "predicted"
-    assert len(profiles) == len(cautious) == paths.motions
-    np.testing.assert_allclose(idle[:, 1], paths.idle_power_end_w, rtol=1e-3)
-    for motion, (plain, careful) in enumerate(zip(profiles, cautious, strict=True)):
-        durations = paths.durations([0.1, 1.0])[motion]
-        np.testing.assert_allclose(plain.durations_s[[-1, 0]], durations, rtol=1e-6)
-        assert (careful.value(plain.durations_s) >= plain.energies_j - 1e-9).all()
