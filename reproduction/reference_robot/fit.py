@@ -215,7 +215,7 @@ def misses(robot: Robot, motions: tuple[Array, Array, Index], setup: FitSetup) -
     return figures, np.concatenate(outside)
 
 
-def fit(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], list[float]]:
+def fitted_values(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], list[float]]:
     """Search the parameter values that miss the targets least, nearest to the priors where the targets leave room.
 
     Shares of motions and extremes over trees are not smooth, so the search is differential evolution. It starts
@@ -282,7 +282,7 @@ def drives_document(robot: Robot) -> dict[str, object]:
 def main() -> None:
     """Fit, write the catalog entry's drives and the fit's residuals."""
     setup = fit_setup()
-    values, costs = fit(setup, progress=True)
+    values, costs = fitted_values(setup, progress=True)
     robot = load_robot(setup.robot, Payload(setup.payload_kg))
     set_drives(robot, setup, values)
     path = catalog_path(setup.robot)

@@ -9,9 +9,9 @@ is then an integral over them,
 
 with P the bus power of velocities v and transmitted torques l, and D = {P > 0}. P vanishes on the edge of D, so the
 derivative after any parameter is the integral of dP over a fixed D. The nodes are weighted as in the quadrature of the
-energies, so these are the derivatives of the very energies returned. The inertial ones are
-integrated against the Chebyshev basis first and contracted with the link regressors of the path last, so their cost
-does not grow with the number of time nodes.
+energies, so these are the derivatives of the very energies returned. The inertial ones are integrated against the
+Chebyshev basis first and contracted with the link regressors of the path last, so their cost does not grow with the
+number of time nodes.
 """
 
 from __future__ import annotations
