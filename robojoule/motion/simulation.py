@@ -18,7 +18,7 @@ from robojoule.motion.controller import PathTiming
 from robojoule.motion.dynamics import PathTorques, chebyshev_basis, path_torques
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
 from robojoule.motion.time_laws import PathLaw
-from robojoule.robots.drives import idle_power_w, mains_power_w
+from robojoule.robots.drives import DrivePowers, drive_powers, idle_power_w, mains_energy_j, mains_power_w
 from robojoule.robots.robot import Robot
 
 _BLOCK_RUNS = 4096  # runs integrated at once: bounds memory
@@ -82,23 +82,6 @@ class MotionSamples:
     path_jerk_per_s3: Array
     torque_nm: Array
     power_w: Array
-
-
-@dataclass(frozen=True)
-class PathPowers:
-    """Torques and powers at path states, M motions, P states, n joints.
-
-    Attributes:
-        torque_nm: Link-side joint torques incl. friction and rotor inertia, shape (M, P, n). [Nm]
-        friction_w: Power lost in joint friction, shape (M, P). [W]
-        copper_w: Power lost in motor copper, shape (M, P). [W]
-        bus_w: Power that the joints take from the DC bus, negative when they feed it, shape (M, P). [W]
-    """
-
-    torque_nm: Array
-    friction_w: Array
-    copper_w: Array
-    bus_w: Array
 
 
 class MotionPaths:
@@ -219,9 +202,7 @@ class MotionPaths:
         surplus = drawn - integrals["bus"]
         return {
             "duration_s": duration_s,
-            "energy_j": (drives.base_power_w + drives.drive_active_power_w) * duration_s
-            + drawn / drives.inverter_efficiency
-            - drives.regeneration_efficiency * surplus,
+            "energy_j": mains_energy_j(drives, duration_s, drawn, integrals["bus"]),
             "potential_j": integrals["bus"] - integrals["friction"] - integrals["copper"],
             "friction_j": integrals["friction"],
             "copper_j": integrals["copper"],
@@ -231,7 +212,7 @@ class MotionPaths:
             "drive_active_j": drives.drive_active_power_w * duration_s,
         }
 
-    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> PathPowers:
+    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> DrivePowers:
         """Torques and powers at path states (s, s', s'') of some motions.
 
         Args:
@@ -246,22 +227,13 @@ class MotionPaths:
         coefficients = torques.coefficients[rows, :, :count]
         coefficients[:, :joints, 0] += drives.reflected_inertia_kg_m2 * self.delta_rad[rows]
         series = np.matmul(coefficients, chebyshev_basis(s, count).swapaxes(1, 2))
-        # Arrays of shape (M', n, P) keep states side by side; those of shape (M', P, n) below are views of such.
+        # Arrays of shape (M', n, P) keep states side by side; the law reads them as views of shape (M', P, n).
         load, centrifugal, gravity = (series[:, k * joints : (k + 1) * joints] for k in range(3))
         load *= s2[:, None]
         centrifugal *= (s1**2)[:, None]
         load += centrifugal
         load += gravity
-        velocity = delta * s1[:, None]
-        turned = [x.swapaxes(1, 2) for x in (np.sign(delta), velocity, load)]
-        friction = drives.friction_nm(*turned).swapaxes(1, 2)
-        torque = load
-        torque += friction
-        friction_w = np.einsum("mnp,mnp->mp", friction, velocity)
-        bus_w = np.einsum("mnp,mnp->mp", torque, velocity)
-        copper_w = np.einsum("n,mnp->mp", drives.copper_w_per_joint_nm2, torque**2)
-        bus_w += copper_w
-        return PathPowers(torque.swapaxes(1, 2), friction_w, copper_w, bus_w)
+        return drive_powers(drives, *(x.swapaxes(1, 2) for x in (np.sign(delta), delta * s1[:, None], load)))
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
         """Time series of one run at a fixed rate, plus the final instant."""
