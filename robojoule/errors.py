@@ -55,3 +55,16 @@ class CycleTimeTooShort(InputError):
 
 class PlanningError(RobojouleError):
     """The solver did not return a proven plan; carries the case."""
+
+
+class MissingPackage(RobojouleError):
+    """Something needs a package that is not installed.
+
+    Args:
+        package: Its name, as installers know it.
+        what: What needs it.
+    """
+
+    def __init__(self, package: str, what: str) -> None:
+        self.package = package
+        super().__init__(f"{what} needs the package '{package}', which is not installed or cannot be loaded here")
