@@ -4,9 +4,9 @@ The speed limit p in (0, 1] scales the joint velocity limits, hence the peak pat
 v(p) = p min_j(v_max,j / |q'_j|) with the steepest slopes q'_j. The path acceleration a(v) is the largest constant that
 keeps every joint torque within `torque_use` of its effort limit at every path node, at standstill and at v (but
 `torque_floor` of the effort limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a
-faster peak need not give a shorter motion: the controller raises the peak velocity towards v(p) as long as that shortens
-the motion and the torques of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the effort
-limits. Speed limits above give the same run.
+faster peak need not give a shorter motion: the controller raises the peak velocity towards v(p) as long as that
+shortens the motion and the torques of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the
+effort limits. Speed limits above give the same run.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Along a path the rigid-body joint torques are m(s) s'' + c(s) s'^2 + g(s) (see `
 dynamics at a few path nodes therefore describes a motion at every speed limit at once. On a straight line the three
 are entire functions of s (sums of sines and cosines of the joint angles), so a Chebyshev series through K nodes
 represents them to rounding once K exceeds the sum w of the joint changes in radians by a margin: its coefficients fall
-as (w / 2)^k / k!. A first joint about the vertical turns the arm without changing its torques, so that it does not count.
+as (w / 2)^k / k!. A first joint about the vertical turns the arm without changing its torques, so it does not count.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from robojoule.arrays import Array, Index
 from robojoule.motion.path import Path
-from robojoule.robots.mechanism import pinocchio
+from robojoule.robots.mechanism import installed_pinocchio
 from robojoule.robots.recursion import path_points
 from robojoule.robots.robot import Robot
 
@@ -134,12 +134,12 @@ def inverse_dynamics(
     """
     if len(q) == 0:
         return np.zeros_like(q)
-    if engine == "recursion" or (engine is None and pinocchio() is None):
+    if engine == "recursion" or (engine is None and installed_pinocchio() is None):
         inertial = path_points(robot.mechanism, q.T, qdd.T)[0]
         _, centrifugal, gravity = path_points(robot.mechanism, q.T, qd.T)
         return np.ascontiguousarray((inertial + centrifugal + gravity).T)
     model = robot.model
-    pin: Any = pinocchio()
+    pin: Any = installed_pinocchio()
     columns = (np.asfortranarray(x.T) for x in (q, qd, qdd))
     # Pinocchio gives a flat array for a single joint.
     return np.ascontiguousarray(pin.rneaInParallel(1, pin.ModelPool(model, 1), *columns).T.reshape(q.shape))

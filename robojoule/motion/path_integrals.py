@@ -267,6 +267,5 @@ def link_regressors(robot: Robot, path: Path, nodes_s: Array, directions: Array)
     at = path.positions_rad(rows, nodes_s)
     along = np.broadcast_to(path.slopes_rad(rows, nodes_s).swapaxes(0, 1), at.shape)
     values = path_regressors(robot.mechanism, at.reshape(joints, -1), along.reshape(joints, -1), directions)
-    values = values.reshape(3 * joints, width, motions, count).transpose(2, 3, 0, 1)
-    to_coefficients = np.linalg.inv(chebyshev_basis(nodes_s, count))
-    return np.asarray(np.matmul(to_coefficients, values.reshape(motions, count, -1)).reshape(values.shape))
+    series = values.reshape(-1, count) @ np.linalg.inv(chebyshev_basis(nodes_s, count)).T
+    return np.ascontiguousarray(series.reshape(3 * joints, width, motions, count).transpose(2, 3, 0, 1))

@@ -102,7 +102,7 @@ def path_law(
     """
     v, a = np.asarray(velocity, dtype=float), np.asarray(acceleration, dtype=float)
     if engine is None:
-        engine = "ruckig" if v.ndim == 0 and ruckig() is not None else "closed_form"
+        engine = "ruckig" if v.ndim == 0 and installed_ruckig() is not None else "closed_form"
     if engine == "closed_form":
         return _in_closed_form(v, a, filter_time_s)
     laws = [_by_ruckig(*limits, filter_time_s, length_rad) for limits in zip(v.ravel(), a.ravel(), strict=True)]
@@ -111,7 +111,7 @@ def path_law(
 
 
 @cache
-def ruckig() -> ModuleType | None:
+def installed_ruckig() -> ModuleType | None:
     """The package Ruckig, None where it is not installed."""
     try:
         import ruckig as package
@@ -121,7 +121,7 @@ def ruckig() -> ModuleType | None:
 
 
 def _by_ruckig(velocity: float, acceleration: float, filter_time_s: float, length_rad: float) -> PathLaw:
-    package = ruckig()
+    package = installed_ruckig()
     if package is None:
         raise MissingPackage("ruckig", "a time law by Ruckig")
     jerk = acceleration / filter_time_s

@@ -27,7 +27,7 @@ TOOL = "the payload"
 PATH_STEP_RAD = float(np.radians(2.0))
 
 # Radius of derived capsules as a share of the arm's reach, at the base and at the last link. The drawings of 6-axis
-# arms of 1 to 2 m reach lie close to it: the column 7-9 %, the upper arm 5-7 %, the wrist 4 % of the reach.
+# arms of 1 to 2 m reach are close to it: the column 7-9 %, the upper arm 5-7 %, the wrist 4 % of the reach.
 BASE_RADIUS_SHARE = 0.075
 WRIST_RADIUS_SHARE = 0.04
 _SHORTEST_CAPSULE_M = 1e-3
@@ -201,7 +201,7 @@ def derive_capsules(file: RobotFile) -> dict[str, list[CapsuleFile]]:
         file: Robot file; its own capsules are not looked at.
 
     Returns:
-        Capsules per link, in link axes, as they stand in a robot file.
+        Capsules per link, in link axes, as in a robot file.
     """
     mechanism, joints = Robot(file).mechanism, file.moving_joints
     placements = [*mechanism.placements, mechanism.tool]

@@ -113,7 +113,7 @@ class Mechanism:
         Raises:
             MissingPackage: Pinocchio is not installed.
         """
-        pin = pinocchio()
+        pin = installed_pinocchio()
         if pin is None:
             raise MissingPackage("pin", "a Pinocchio model of the robot")
         model = pin.Model()
@@ -128,7 +128,7 @@ class Mechanism:
 
 
 @cache
-def pinocchio() -> ModuleType | None:
+def installed_pinocchio() -> ModuleType | None:
     """The package Pinocchio, None where it is not installed."""
     try:
         import pinocchio as package
@@ -145,7 +145,7 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
         source: How messages name it.
 
     Raises:
-        InputError: A link hangs on nothing, or a moving body has no usable inertia.
+        InputError: A link is not connected to the root link, or a moving body has no usable inertia.
     """
     root = Placement.identity()
     anchors: dict[str, tuple[int, Placement]] = {file.root_link: (0, root)}
@@ -156,8 +156,8 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
         joint = next((j for j in pending if j.parent in anchors), None)
         if joint is None:
             raise InputError(
-                f"joint '{pending[0].name}' hangs on link '{pending[0].parent}', "
-                f"which does not hang on the root link '{file.root_link}'",
+                f"joint '{pending[0].name}' is attached to link '{pending[0].parent}', "
+                f"which is not connected to the root link '{file.root_link}'",
                 file=source,
                 key="joints",
             )
@@ -175,7 +175,8 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
             if number:
                 bodies[number - 1] += body
     if file.tool.parent not in anchors:
-        raise InputError(f"the tool's parent '{file.tool.parent}' hangs on no joint", file=source, key="tool.parent")
+        problem = f"the tool's parent '{file.tool.parent}' is not connected to the root link '{file.root_link}'"
+        raise InputError(problem, file=source, key="tool.parent")
     numbers = {link: number for link, (number, _) in anchors.items()}
     check_moving_bodies(file, numbers, bodies, source)
     tool_body, at = anchors[file.tool.parent]

@@ -87,7 +87,7 @@ def path_regressors(mechanism: Mechanism, q: Array, along: Array, directions: Ar
     count = directions.shape[1]
     result = np.empty((3, joints, count, points))
     links = _links_of_changes(mechanism, directions)
-    size = max(1, _BLOCK // max(count, 1))
+    size = max(1, 4 * _BLOCK // max(count, 1))
     for first in range(0, points, size):
         block = slice(first, first + size)
         _recursion(links, mechanism.gravity_m_s2, q[:, None, block], along[:, None, block], result[..., block])
@@ -95,7 +95,7 @@ def path_regressors(mechanism: Mechanism, q: Array, along: Array, directions: Ar
 
 
 def mass_diagonal(mechanism: Mechanism, q: Array) -> Array:
-    """Inertia that each joint feels while the others stand, shapes (N, n) -> (N, n). [kg m2]"""
+    """Inertia that each joint feels while the others stand still, shapes (N, n) -> (N, n). [kg m2]"""
     points, joints = q.shape
     alone = np.repeat(np.eye(joints), points, axis=1)
     inertia = path_points(mechanism, np.tile(q.T, joints), alone)[0].reshape(joints, joints, points)

@@ -23,7 +23,7 @@ def path(ends):
 def test_ends_are_those_given(ends, path):
     at = path.positions_rad(slice(None), np.array([0.0, 1.0]))
     assert np.array_equal(at[:, :, 0].T, ends[0])
-    assert at[:, :, 1].T == pytest.approx(ends[1], abs=1e-15)
+    assert at[:, :, 1].swapaxes(0, 1) == pytest.approx(ends[1], abs=1e-15)
     single = StraightPath.between(ends[0][0], ends[1][0])
     assert single.start_rad.shape == (1, 6)
 
@@ -40,6 +40,6 @@ def test_slopes_are_derivatives_of_positions(path):
 def test_travel_and_steepest_slope_bound_the_path(path: Path):
     s = np.linspace(0.0, 1.0, 50)
     at = path.positions_rad(slice(None), s)
-    assert np.abs(np.diff(at, axis=2)).sum(axis=2).T == pytest.approx(path.travel_rad, abs=1e-12)
+    assert np.abs(np.diff(at, axis=2)).sum(axis=2).swapaxes(0, 1) == pytest.approx(path.travel_rad, abs=1e-12)
     slopes = np.abs(np.broadcast_to(path.slopes_rad(slice(None), s), (6, 6, 50)))
     assert slopes.max(axis=2) == pytest.approx(path.steepest_rad)

@@ -102,7 +102,7 @@ def test_joints_that_hang_nowhere():
     data = with_flange(arm_data(), None)
     data["links"]["island"] = None
     data["joints"][-1]["parent"] = "island"
-    with pytest.raises(InputError, match="joint 'to_flange' hangs on link 'island'"):
+    with pytest.raises(InputError, match="joint 'to_flange' is attached to link 'island'"):
         robot_of(data)
 
 
