@@ -1,7 +1,7 @@
 """Scaling laws: the drives of arms whose drives nobody has published.
 
-Geometrically similar machines share some figures, whatever their size. Per joint, with the effort limit T, the speed limit v
-and the gear ratio i (`JointNumbers`):
+Geometrically similar machines share some figures, whatever their size. Per joint, with the effort limit T, the speed
+limit v and the gear ratio i (`JointNumbers`):
 
     motor speed at full joint speed   i v                    servo motors of one range turn equally fast
     Coulomb share                     coulomb / T
