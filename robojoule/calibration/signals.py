@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import pinocchio as pin
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.log import MeasuredLog
@@ -243,12 +242,8 @@ def _rigid_torques(
         carried = payload if log.payload_kg is None else Payload(float(mass), payload.com_m)
         loaded = Robot(robot.file, carried, robot.source)
         if heavier_body is not None:
-            inertia = loaded.model.inertias[heavier_body + 1]
-            loaded.model.inertias[heavier_body + 1] = pin.Inertia(
-                inertia.mass * (1.0 + INERTIA_UNCERTAINTY),
-                inertia.lever,
-                inertia.inertia * (1.0 + INERTIA_UNCERTAINTY),
-            )
+            body = loaded.mechanism.bodies[heavier_body].heavier(INERTIA_UNCERTAINTY)
+            loaded = loaded.variant(mechanism=loaded.mechanism.with_body(heavier_body + 1, body))
         torque[rows] = inverse_dynamics(loaded, q[rows], qd[rows], qdd[rows])
     return torque
 
