@@ -21,8 +21,6 @@ from robojoule.errors import RobojouleError
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
 from robojoule.profile.predictor_file import export_profile_predictor, load_profile_predictor
-from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload, Robot
 from stages.layout import Layout
 
 MODEL = "robojoule_predicted"
@@ -61,14 +59,9 @@ class ProfileTraining:
         return passes_gate(predicted, measured, self.training, rivals)
 
 
-def robot_of(params: Params) -> Robot:
-    """The catalog entry with the payload of the parameters."""
-    return load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
-
-
 def read_measured(params: Params, layout: Layout) -> dict[str, MeasuredTable]:
     """Measured motions by split: those of some training trees, and all of `HELD_OUT`."""
-    robot = robot_of(params)
+    robot = params.robot.robot()
     most_trees = {"train": TRAINING_TREES}
     return {
         split: read_measurements(robot, layout.motions, layout.runs, split, most_trees.get(split))
