@@ -19,11 +19,12 @@ from reproduction.config import Params, TrainPredictorsParams
 from reproduction.predictors import evaluation
 from reproduction.predictors.archive import export, portable
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names, steepness
+from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
 from reproduction.tables import Row, columns, read_table, write_csv
 from reproduction.tracking import store as _tracking
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
+from robojoule.profile.parameters import steepness
 from stages._cli import run
 from stages._profile_predictor import (
     HELD_OUT,
