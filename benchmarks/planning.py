@@ -15,8 +15,9 @@ from benchmarks.measure import interleaved, ratio, rounded
 from reproduction.motions.shards import random_motions
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
-from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
+from robojoule.planning.source_plans import plan_on_source
+from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.sampled import sampled_profile
 from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.robots import load_robot
@@ -69,7 +70,11 @@ def measure() -> dict[str, float]:
         rebuilt=rebuilt,
     )
     cycle_times = RELAXATION * large.least_cycles_s[:, None]
-    many = interleaved(3, large=lambda: simulated_plans(large, cycle_times))["large"]
+
+    def profiles() -> AdaptiveProfiles:
+        return AdaptiveProfiles(large.paths, large.slowest_speed_limit)
+
+    many = interleaved(3, large=lambda: plan_on_source(profiles(), large, cycle_times))["large"]
     return rounded(
         {
             "rebuilt_over_sweep": ratio(seconds, "rebuilt", "sweep") * CYCLE_TIMES / REBUILT,

@@ -1,29 +1,24 @@
-"""Claims of the thesis beside what came out here: how one is said, written and read."""
+"""Claims of the thesis beside what comes out here: how one is said, written and read; how tables say true."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
-from reproduction.tables import write_csv
-from robojoule.documents import read_text
+from reproduction.tables import Row, read_csv, write_csv
 from robojoule.errors import InputError
-
-_HELD = {True: "true", False: "false", None: ""}
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the thesis.
+    """A statement of the thesis, held against the results.
 
     Attributes:
-        claim: What is claimed.
-        thesis: Its figures.
-        ours: The figures of this reproduction.
-        held: Whether the claim holds here; none where that cannot be said.
+        claim: The statement.
+        thesis: What the thesis found.
+        ours: What comes out here.
+        held: Whether the result is as good or points the same way; none if it cannot be told.
     """
 
     claim: str
@@ -31,13 +26,22 @@ class Claim:
     ours: str
     held: bool | None
 
+    def row(self) -> Row:
+        """Cells of the claim in a result table."""
+        return {"claim": self.claim, "thesis": self.thesis, "ours": self.ours, "held": verdict(self.held)}
+
 
 COLUMNS = tuple(field.name for field in fields(Claim))
 
 
+def verdict(held: bool | None) -> str:
+    """How every table says true, false or neither."""
+    return "" if held is None else "true" if held else "false"
+
+
 def write_claims(path: Path, claims: Sequence[Claim]) -> None:
     """Write claims as CSV."""
-    write_csv(path, [asdict(claim) | {"held": _HELD[claim.held]} for claim in claims])
+    write_csv(path, [claim.row() for claim in claims], COLUMNS)
 
 
 def read_claims(path: Path) -> list[Claim]:
@@ -48,13 +52,12 @@ def read_claims(path: Path) -> list[Claim]:
             `held`.
     """
     claims = []
-    held = {text: value for value, text in _HELD.items()}
-    for row in csv.DictReader(io.StringIO(read_text(path))):
+    meaning = {verdict(held): held for held in (True, False, None)}
+    for row in read_csv(path):
         missing = [column for column in COLUMNS if row.get(column) is None]
         if missing:
             raise InputError(f"column '{missing[0]}' is missing", file=path, key=row.get("claim"))
-        verdict = row["held"].strip().lower()
-        if verdict not in held:
+        if row["held"] not in meaning:
             raise InputError(f"'{row['held']}' is not a verdict", file=path, key="held", allowed="true, false, empty")
-        claims.append(Claim(row["claim"], row["thesis"], row["ours"], held[verdict]))
+        claims.append(Claim(row["claim"], row["thesis"], row["ours"], meaning[row["held"]]))
     return claims

@@ -26,12 +26,11 @@ class RobotParams(Document):
     payload_kg: float = Field(ge=0, description="Payload mass, up to the rated payload. [kg]")
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
 
-    def load(self, payload_kg: float | None = None) -> Robot:
-        """The robot with its payload, or with one of another mass in the same place. [kg]"""
+    def robot(self, payload_kg: float | None = None) -> Robot:
+        """The robot with its payload, or with another mass in the same place. [kg]"""
         from robojoule.robots.robot import Payload  # late: brings Pinocchio
 
-        mass_kg = self.payload_kg if payload_kg is None else payload_kg
-        return load_robot(self.name, Payload(mass_kg, self.payload_com_m))
+        return load_robot(self.name, Payload(self.payload_kg if payload_kg is None else payload_kg, self.payload_com_m))
 
 
 class GenerateTreesParams(Document):

@@ -18,6 +18,35 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 Filters = Sequence[tuple[str, str, object]]
+Row = dict[str, object]
+"""Cells of one line of a result table, by column."""
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, object]], names: Sequence[str] | None = None) -> None:
+    """Write rows as CSV with a header, lines ended by a line feed, atomically.
+
+    Args:
+        path: The file.
+        rows: The rows.
+        names: Columns in order; those of the first row if not given.
+    """
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(names or (rows[0] if rows else ())), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """Rows of a CSV file as text.
+
+    Raises:
+        InputError: The file is missing or cannot be read.
+    """
+    try:
+        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"the table cannot be read ({error})", file=path) from None
 
 
 def read_table(
@@ -143,15 +172,6 @@ def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *
         )
         if not right:
             raise InputError(f"the column holds {kind}, not {'text' if text else 'numbers'}", file=source, key=name)
-
-
-def write_csv(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write rows as CSV, atomically; the columns are those of the first row."""
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]) if rows else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, buffer.getvalue())
 
 
 def write_parquet(path: Path, table: pa.Table) -> None:

@@ -19,9 +19,9 @@ from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
 from robojoule.planning.pareto import TradeOff, trade_offs
 from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
-from robojoule.planning.schedule import check_cycle_time
-from robojoule.planning.simulated import simulated_plans
+from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.writeback import write_plans
+from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
 from robojoule.programs.program import Program
 from robojoule.robots.robot import Robot
@@ -49,15 +49,17 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    batch = _batch(program, robot)
+    batch = _batch(program, robot)  # the motions and their optimisation graph
     at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
-    asked_s = cycle_time_s(cycle_time, given.cycle_time_s)
-    check_cycle_time(batch.graphs[0], batch.d_min_s, asked_s)
     least_s = float(batch.least_cycles_s[0])
-    plans = simulated_plans(batch, np.array([[max(asked_s, least_s)]]), relative_gap=RELATIVE_GAP).plans
-    ((written,),) = write_plans(batch, plans)
-    run = verify(batch, written, plans[0][0])
+    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s)
+
+    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
+    written = write_plans(batch, [[schedule]])[0][0]
+    run = verify(batch, written, schedule)
+
     idle_w = float(batch.idle_post_w[-1])
     return Plan(
         program=Program(written),
@@ -67,8 +69,8 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
         least_cycle_time_s=least_s,
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(plans[0][0].bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=plan_warnings(run, given),
+        bound_j=min(schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
+        warnings=plan_warnings(written, run, given),
     )
 
 

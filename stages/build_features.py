@@ -5,7 +5,9 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 
 from reproduction import features
+from reproduction.claims import write_claims
 from reproduction.config import Params, load_params
+from reproduction.features.claims import feature_claims
 from reproduction.layout import Layout
 from robojoule.documents import atomic_path
 from stages.cli import run, say
@@ -21,10 +23,10 @@ def build_features(params: Params, layout: Layout) -> None:
         progress(f"{table}, {rows} rows")
     with atomic_path(layout.features) as path:
         pq.write_table(features.fetch(connection, "features"), path)
-    findings = {name: layout.tables_dir / f"{name}.csv" for name in ("correlations", "retrace")}
-    for table, file in (findings | {"claims_features": layout.feature_claims}).items():
-        with atomic_path(file) as path:
+    for table in ("correlations", "retrace"):
+        with atomic_path(layout.tables_dir / f"{table}.csv") as path:
             connection.table(table).write_csv(str(path))
+    write_claims(layout.feature_claims, feature_claims(connection))
 
 
 if __name__ == "__main__":

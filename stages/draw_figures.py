@@ -19,7 +19,7 @@ def draw_figures(params: Params, layout: Layout) -> None:
     progress = say("draw_figures")
     style = Style(params.draw_figures.width_in, params.draw_figures.dpi, params.draw_figures.colormap)
     shape = ThreeSegmentShape(**params.evaluate_plans.three_segment.model_dump())
-    results = Results(layout, params.robot.load(), shape)
+    results = Results(layout, params.robot.robot(), shape)
     metrics = merged_metrics(layout.metrics_dir)
     pictures = []
     for picture in draw_all(results, style):

@@ -18,7 +18,7 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
     """Write data/plans.parquet, Tables 6.1-6.3, the sensitivity to the payload, the claims of all chapters, metrics."""
     settings = params.evaluate_plans
     claims = read_claims(layout.feature_claims) + read_claims(layout.predictor_claims)
-    data = read_experiment(params.robot.load(), layout, settings.predicted_speed_limits)
+    data = read_experiment(params.robot.robot(), layout, settings.predicted_speed_limits)
     found, payloads = evaluate(params.robot, settings, data, say("evaluate_plans"))
     write_parquet(layout.plans, plans_table(found, data.batch))
     for name, rows in (result_tables(found) | {"payload_sensitivity": payloads}).items():

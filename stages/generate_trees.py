@@ -15,7 +15,7 @@ from stages.cli import run, say
 
 def generate_trees(params: Params, layout: Layout) -> None:
     """Write data/trees.parquet and the experiment trees as operation-tree files."""
-    robot = params.robot.load()
+    robot = params.robot.robot()
     trees = draw_trees(robot, params.generate_trees, say("generate_trees"))
     layout.trees_dir.mkdir(parents=True, exist_ok=True)
     for stale in layout.trees_dir.glob(f"{EXPERIMENT}-*.yaml"):

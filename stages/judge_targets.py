@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
 from reproduction.layout import Layout
 from reproduction.study.config import StudyParams, load_study_params
 from reproduction.study.targets import target_rows
-from reproduction.tables import table_of_rows, write_csv, write_parquet
+from reproduction.tables import read_csv, table_of_rows, write_csv, write_parquet
 from stages.cli import run, say
 
 
 def judge_targets(params: StudyParams, layout: Layout) -> None:
-    """Write one row per target: value, limit, reached or not."""
+    """Write one row per target: value, limit, held or not."""
     names = ("motions_errors", "motions_gaps", "robots_errors", "robots_gaps")
-    rows = target_rows(*(_read(layout.study_tables_dir / f"{name}.csv") for name in names))
+    rows = target_rows(*(read_csv(layout.study_tables_dir / f"{name}.csv") for name in names))
     write_csv(layout.study_tables_dir / "targets.csv", rows)
     write_parquet(layout.study_data_dir / "targets.parquet", table_of_rows(rows))
-    reached = sum(row["held"] == "yes" for row in rows)
-    say("judge_targets")(f"{reached} of {len(rows)} targets reached")
-
-
-def _read(path: Path) -> list[dict[str, object]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return [dict(row) for row in csv.DictReader(file)]
+    held = sum(row["held"] == "true" for row in rows)
+    say("judge_targets")(f"{held} of {len(rows)} targets held")
 
 
 if __name__ == "__main__":

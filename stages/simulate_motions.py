@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import pyarrow.csv as pacsv
-
 from reproduction.config import Params, load_params
 from reproduction.layout import Layout
 from reproduction.motions.energy_model import energy_model_metrics
 from reproduction.motions.simulate import read_motions, simulate_shards
-from reproduction.reference_robot.check import check_energy_model
-from reproduction.tables import write_parquet
-from robojoule.documents import atomic_path, write_document
+from reproduction.reference_robot.check import energy_model_rows
+from reproduction.tables import write_csv, write_parquet
+from robojoule.documents import write_document
 from stages.cli import run, say
 
 
 def simulate_motions(params: Params, layout: Layout) -> None:
     """Simulate all motions of `data/trees.parquet`, in shards on all processors."""
-    robot = params.robot.load()
+    robot = params.robot.robot()
     motions = read_motions(layout.trees, robot.joint_count)
     found = simulate_shards(params.robot, params.simulate_motions, motions, layout.samples_dir, say("simulate_motions"))
     write_parquet(layout.motions, found.motions)
@@ -24,8 +22,7 @@ def simulate_motions(params: Params, layout: Layout) -> None:
     write_parquet(layout.paths, found.paths)
     metrics = energy_model_metrics(robot, found.motions, found.runs)
     write_document(layout.metrics_dir / "energy_model.json", metrics)
-    with atomic_path(layout.tables_dir / "energy_model.csv") as path:
-        pacsv.write_csv(check_energy_model(metrics), path)
+    write_csv(layout.tables_dir / "energy_model.csv", energy_model_rows(metrics))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from stages.cli import run, say
 def train_profile_predictor(params: Params, layout: Layout) -> None:
     """Write models/profile_predictor and what it predicts for the held-out motions."""
     progress = say("train_profile_predictor")
-    robot = params.robot.load()
+    robot = params.robot.robot()
     predictor = train(robot, params.train_profile_predictor, layout.motions, layout.runs)
     progress(predictor.note)
     save_profile_predictor(predictor, layout.profile_predictor)

@@ -18,7 +18,7 @@ from pyarrow import csv, parquet
 
 from robojoule import __version__
 from robojoule.cli import COMMANDS
-from robojoule.robots import robot_names
+from robojoule.robots import list_robots
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.conftest import ROOT, run
 from tests.test_docs import snippets
@@ -110,11 +110,20 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
     }
     assert calls.keys() == COMMANDS.keys()
     results = {name: json.loads(installed.run("robojoule", name, *words).stdout) for name, words in calls.items()}
-    assert [row["name"] for row in results["robots"]["robots"]] == robot_names()
+    assert [row["name"] for row in results["robots"]["robots"]] == list_robots()
     assert 0.0 < results["optimize"]["saving_percent"] < 40.0
     assert results["identify"]["held_out"]["rmse_percent"] < 5.0
     written = {"slower.yaml", "pareto.csv", "identified.json"}
     assert {path.name for path in installed.folder.iterdir()} == {"cycle.yaml", "log.csv", *written}
+
+
+def test_the_example_of_the_readme_works_in_an_empty_environment(installed: Installed):
+    (program,) = snippets(ROOT / "README.md", "yaml operation-tree")
+    (example,) = snippets(ROOT / "README.md", "python door")
+    (installed.folder / "cycle.yaml").write_text(program.text, encoding="utf-8")
+    saving, energy, _ = map(float, installed.run("python", "-c", example.text).stdout.split())
+    assert 0.0 < saving < 40.0 < energy
+    assert (installed.folder / "slower.yaml").exists()
 
 
 def test_a_missing_extra_is_said_in_one_sentence(installed: Installed):

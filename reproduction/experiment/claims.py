@@ -1,4 +1,4 @@
-"""The thesis's claims about plans (chapter 6), held against our results."""
+"""The thesis's claims about plans (chapter 6), beside what comes out here."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ THESIS_SAVINGS = {
     (121.0, 6): (25.93, 32.36),
     (133.0, 6): (37.26, 38.07),
 }
-RANGE_TOLERANCE = 5.0  # percentage points by which our range of savings may miss the thesis's
+RANGE_TOLERANCE = 5.0  # percentage points by which the range of savings may miss the thesis's
 
 
 def plan_claims(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
-    """Claims with the thesis's figures, ours, and whether they hold; those without data are left out."""
+    """Claims about plans; those without data are left out."""
     rows = _order_of_methods(results) + _more_segments(results) + _range(results)
     if results.variants().count(PREDICTED) and _krc_segments(results):
         segments = min(_krc_segments(results))

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from reproduction.config import EvaluatePlansParams, RobotParams
 from reproduction.experiment.data import ExperimentData
 from reproduction.experiment.experiment import Progress, full_speed_energies_j, run_experiment, sensitivity
-from reproduction.experiment.gaps import Row, win_rows
+from reproduction.experiment.gaps import win_rows
 from reproduction.experiment.results import (
     ExperimentResults,
     gaps_table,
@@ -20,6 +20,7 @@ from reproduction.experiment.results import (
     table_6_1_thesis,
     table_by_tree,
 )
+from reproduction.tables import Row
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import OperationTree
 
@@ -76,7 +77,7 @@ def _with_payload(
 ) -> list[Row]:
     """Rows of the sensitivity for one payload; runs in a process of its own."""
     with threadpool_limits(1):
-        batch = TreeBatch(robot.load(payload_kg), trees, slowest)
+        batch = TreeBatch(robot.robot(payload_kg), trees, slowest)
         cycles = tuple(sensitivity(batch, settings, progress))
         energies = full_speed_energies_j(batch)
     complexities = ("",) * len(trees)  # the rows do not tell trees apart

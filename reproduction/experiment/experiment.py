@@ -23,16 +23,15 @@ from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from robojoule.arrays import Array
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.chain import chain_plans
 from robojoule.planning.costs import VertexCosts
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.optimum import solve_optimum
-from robojoule.planning.predicted import predicted_costs
 from robojoule.planning.rule import rule_plan
 from robojoule.planning.schedule import Schedule
-from robojoule.planning.simulated import simulated_plans
 from robojoule.planning.solver import PlanSolver
+from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.writeback import speed_limits_of_plans, write_plan
+from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.predicted import PredictedProfiles
 
 POINT_SPACINGS = ("speed", "duration")
@@ -147,14 +146,14 @@ def run_experiment(
     variant = Variant("predicted_three_segment")
     found.append(_solved(batch, variant, costs, times, runs=PREDICTOR_RUNS, preference_w=WAIT_PREFERENCE_W))
     progress("predicted_three_segment")
-    costs = predicted_costs(batch, beliefs.predicted_profiles)
-    plans = [chain_plans(graph, c, row) for graph, c, row in zip(batch.graphs, costs, times, strict=True)]
-    found.append(_Plans(Variant("robojoule_predicted"), plans, costs=costs))
+    predicted = plan_on_source(beliefs.predicted_profiles, batch, times)
+    found.append(_Plans(Variant("robojoule_predicted"), predicted.plans, costs=predicted.costs))
     progress("robojoule_predicted")
-    simulated = simulated_plans(batch, times)
-    runs = float(simulated.runs.mean())
+    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    simulated = plan_on_source(profiles, batch, times)
+    runs = float(profiles.runs.mean())
     found.append(_Plans(Variant("robojoule_simulated"), simulated.plans, None, simulated.costs, runs))
-    progress(f"robojoule_simulated: {runs:.1f} runs a motion, at most {simulated.runs.max()}")
+    progress(f"robojoule_simulated: {runs:.1f} runs a motion, at most {profiles.runs.max()}")
     found.append(_optimum(batch, times, settings.dense_speed_limits))
     progress("optimum, with proven bounds")
     cycles = simulate_plans(batch, found, settings.relaxations_percent)

@@ -98,7 +98,7 @@ def _simulate_shard(
     part = motions.rows(slice(first, first + settings.shard_motions))
     speed_limits = np.asarray(settings.speed_limits_percent) / 100.0
     with threadpool_limits(1):  # one process per processor: threads inside would only compete
-        paths = MotionPaths(robot.load(), part.start_rad, part.end_rad)
+        paths = MotionPaths(robot.robot(), part.start_rad, part.end_rad)
         runs = paths.simulate(speed_limits)
         target = samples_dir / f"part-{first // settings.shard_motions:04d}.parquet"
         write_samples(target, part.motion_id, paths, speed_limits, settings.sample_rate_hz)

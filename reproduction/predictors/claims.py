@@ -1,4 +1,4 @@
-"""What the thesis's chapter 5 says of its predictors, beside what ours show."""
+"""What the thesis's chapter 5 says of its predictors, beside what comes out here."""
 
 from __future__ import annotations
 
@@ -24,14 +24,11 @@ _SIMILAR = 1.25  # two median errors are similar where the larger is at most a q
 
 
 def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
-    """Claims with the thesis's figures, ours, and whether ours are as good or point the same way.
+    """Claims about predictors: their errors, and where they are large.
 
     Args:
         predictions: Columns model, split, `TARGETS` and `TARGETS` + `_measured`, N rows.
         metrics: target -> model -> figure, see `reports/metrics/predictors.json`.
-
-    Returns:
-        The claims of chapter 5.
     """
     claims = []
     for target, name in _NAMES.items():
@@ -48,7 +45,7 @@ def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
     if "spearman_mean" in forest and "spearman_mean" in network:
         claims.append(
             Claim(
-                "The predicted order of suitability within a tree follows the measured one",
+                "The predicted order of suitability within a tree follows the simulated one",
                 "consistent (no figure; taken as a mean Spearman correlation above 0.8)",
                 f"{forest['spearman_mean']:.2f} (forest), {network['spearman_mean']:.2f} (network)",
                 forest["spearman_mean"] > 0.8,

@@ -10,11 +10,10 @@ import numpy as np
 import pyarrow as pa
 
 from reproduction.predictors.evaluation import error_rows, order_rows
-from reproduction.predictors.profile_parameters import steepness
 from reproduction.predictors.training import MEASURED
 from reproduction.tables import columns
 from robojoule.arrays import Array
-from robojoule.profile.parameters import TARGETS
+from robojoule.profile.parameters import TARGETS, steepness
 
 Rows = list[dict[str, object]]
 Metrics = dict[str, dict[str, dict[str, float]]]

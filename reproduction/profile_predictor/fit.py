@@ -52,7 +52,10 @@ def fit_profile_predictor(
         fitted = [part.only(~np.isin(part.tree, held)) for part in known]
         calibration = calibrate(vector, fitted, integrals, prior)
         count = sum(int(np.isfinite(part.energy_j).sum()) for part in known)
-        note = f"trained on {count} simulated runs of {len(trees)} operation trees of {robot.name}"
+        note = (
+            f"trained on {count} simulated runs of {len(trees)} operation trees of {robot.name}: "
+            "a machine may be further from its entry than the interval is wide"
+        )
         predictor = ProfilePredictor.of(robot, directions, calibration, note)
         if residual:
             predictor = replace(predictor, residual=_learned_residual(vector, fitted, integrals, calibration))

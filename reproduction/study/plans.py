@@ -28,6 +28,7 @@ from robojoule.planning.rule import rule_plan
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.writeback import stacked_durations
 from robojoule.profile.sampled import sampled_profile
+from robojoule.profile.source import ProfileSource
 
 THREE_SEGMENT_METHODS = ("predicted_three_segment", "mean")  # whose rising slope is their idle power
 Costs = list[list[VertexCosts]]
@@ -53,6 +54,15 @@ def _hull_costs(batch: TreeBatch, paths: MotionPaths, limits: Array, duration_s:
             )
             for m in range(rows.start, rows.stop)
         ]
+        for rows in batch.rows
+    ]
+
+
+def source_costs(batch: TreeBatch, source: ProfileSource) -> Costs:
+    """Costs by the profiles and the idle power of a source."""
+    start, end = source.idle_start_w, source.idle_end_w
+    return [
+        [VertexCosts(source.enclosure(m).above, float(start[m]), float(end[m])) for m in range(rows.start, rows.stop)]
         for rows in batch.rows
     ]
 

@@ -97,10 +97,9 @@ def draw_plant(nominal: Robot, seed: np.random.SeedSequence | int, params: Plant
     rng = np.random.default_rng(np.random.SeedSequence([_entropy(seed), zlib.crc32(nominal.name.encode())]))
     bare = Robot(nominal.file)
     changes = []
-    for joint in range(bare.joint_count):
-        body = bare.model.inertias[joint + 1]
+    for body in bare.mechanism.bodies:
         errors = draw_errors(rng, params.inertia_spread)
-        changes.append(errors.applied(body).toDynamicParameters() - body.toDynamicParameters())
+        changes.append(errors.applied(body).parameters - body.parameters)
     joints = bare.joint_count
 
     def scattered(value: Array | float, spread: float) -> Array:

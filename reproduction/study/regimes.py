@@ -8,22 +8,29 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from reproduction.config import ForestParams
-from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows, win_rows
+from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams, StudyParams
-from reproduction.study.plans import Costs, evaluate_plans, path_costs, polynomial_method, three_segment_method
+from reproduction.study.plans import (
+    Costs,
+    evaluate_plans,
+    path_costs,
+    polynomial_method,
+    source_costs,
+    three_segment_method,
+)
 from reproduction.study.plant import Plant, draw_plant
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import motion_features
 from reproduction.study.transfer import transferred_prior
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.run_fit import Calibration
 from robojoule.calibration.run_model import ObservedRuns, run_parameters
-from robojoule.planning.predicted import predicted_costs
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
 from robojoule.robots import list_robots, load_robot
@@ -158,9 +165,9 @@ def physics_costs(
     }
     for name, predictor in predictors.items():
         predicted = predictor.predict(batch.nominal_paths, limits)
-        costs[name] = predicted_costs(batch, predicted)
+        costs[name] = source_costs(batch, predicted)
         if cautious:
-            costs[f"{name}_cautious"] = predicted_costs(batch, predicted, cautious=True)
+            costs[f"{name}_cautious"] = source_costs(batch, predicted.cautious())
     return costs
 
 

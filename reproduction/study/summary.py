@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.experiment.gaps import Row
 from reproduction.predictors.evaluation import error_rows
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.profile.parameters import TARGETS
 

@@ -1,7 +1,7 @@
 """What other robots teach about a new one: an empirical Bayes prior over the unknowns.
 
 Each robot's fit gives a likelihood of its unknowns, x_r ~ N(b_r, L_r^-1). Scaling laws err by the same kinds of figures
-on every arm (gear friction that no entry gives, friction curves that are no straight lines), so the unknowns of one
+on every arm (gear friction that no entry gives, friction curves that are not straight lines), so the unknowns of one
 group (Coulomb friction of all joints of all robots, say) share a mean and a spread, found by expectation maximisation:
 
     C_r = (L_r + S^-1)^-1 ,  x_r = C_r (L_r b_r + S^-1 m) ,  m_g = mean of x over the group ,

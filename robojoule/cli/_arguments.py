@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robojoule.errors import InputError
+from robojoule.errors import InputError, require_package
 
 if TYPE_CHECKING:
     from robojoule.arrays import Array
@@ -79,3 +79,14 @@ def check_suffix(path: str | Path | None, option: str, *suffixes: str) -> None:
     """
     if path is not None and Path(path).suffix.lower() not in suffixes:
         raise InputError(f"unknown file type '{Path(path).suffix}'", key=option, allowed=", ".join(suffixes))
+
+
+def check_plot(path: str | Path | None, *suffixes: str) -> None:
+    """Refuse a drawing before any work is done, unless it can be made.
+
+    Raises:
+        InputError: Unknown suffix, or Matplotlib is not installed.
+    """
+    if path is not None:
+        check_suffix(path, "--plot", *suffixes)
+        require_package("matplotlib", "plot", "--plot")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, check_suffix, robot_of
+from robojoule.cli._arguments import add_robot, check_plot, check_suffix, robot_of
 from robojoule.errors import InputError
 
 
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.documents import write_document
     from robojoule.plots.identification import PLOT_SUFFIXES, write_plot
 
-    check_suffix(arguments.plot, "--plot", *PLOT_SUFFIXES)
+    check_plot(arguments.plot, *PLOT_SUFFIXES)
     check_suffix(arguments.out, "--out", ".json", ".yaml", ".yml")
     robot = robot_of(arguments)
     log = read_log(arguments.log, robot, _torque_constants(arguments.torque_constants))

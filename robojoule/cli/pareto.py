@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_suffix, robot_of
+from robojoule.cli._arguments import add_program, add_robot, check_plot, robot_of
 
 _ROWS_SHOWN = 12
 
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.documents import write_text
     from robojoule.formats.registry import load_program
 
-    check_suffix(arguments.plot, "--plot", ".svg")
+    check_plot(arguments.plot, ".svg")
     result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
     if arguments.csv is not None:
         text = io.StringIO()

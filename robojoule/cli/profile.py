@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, check_suffix, joints_of, robot_of
+from robojoule.cli._arguments import add_robot, check_plot, joints_of, robot_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the motion over the speed limits, and draw it if asked for."""
     from robojoule.api import energy_profile
 
-    check_suffix(arguments.plot, "--plot", ".svg")
+    check_plot(arguments.plot, ".svg")
     robot = robot_of(arguments)
     start, end = joints_of(arguments.start, robot, "--from"), joints_of(arguments.end, robot, "--to")
     profile = energy_profile(robot, start, end, points=arguments.points)

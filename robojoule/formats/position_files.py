@@ -1,6 +1,6 @@
 """Joint positions as CSV: the first row is the start of the cycle, each further one the target of a fine move.
 
-The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one a joint; `name`, `speed_limit_percent`,
+The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one per joint; `name`, `speed_limit_percent`,
 `wait_before_s` and `wait_after_s` may be left out. Cells are separated by commas and stripped; empty rows are skipped;
 an empty cell of a speed limit or a wait is the default. The program is called after the file and is for any robot.
 """
@@ -166,7 +166,7 @@ def _names(rows: list[_Row]) -> list[str]:
         if not name:
             raise row.error("name", "the move has no name", "a name in every row but the first, or no such column")
         if name in lines:
-            raise row.error("name", f"the name '{name}' stands already in line {lines[name]}")
+            raise row.error("name", f"the name '{name}' is already used in line {lines[name]}")
         lines[name] = row.line
     return list(lines)
 

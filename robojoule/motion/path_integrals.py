@@ -9,9 +9,9 @@ is then an integral over them,
 
 with P the bus power of velocities v and transmitted torques l, and D = {P > 0}. P vanishes on the edge of D, so the
 derivative after any parameter is the integral of dP over a fixed D. The nodes are weighted as in the quadrature of the
-energies, so these are the derivatives of the very energies returned. The inertial ones are
-integrated against the Chebyshev basis first and contracted with the link regressors of the path last, so their cost
-does not grow with the number of time nodes.
+energies, so these are the derivatives of the very energies returned. The inertial ones are integrated against the
+Chebyshev basis first and contracted with the link regressors of the path last, so their cost does not grow with the
+number of time nodes.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from robojoule.arrays import Array, Index
 from robojoule.errors import InputError
 from robojoule.motion.dynamics import chebyshev_basis
+from robojoule.motion.path import Path
 from robojoule.motion.quadrature import run_quadrature
 from robojoule.motion.simulation import MotionPaths
-from robojoule.motion.time_laws import rest_to_rest_law
+from robojoule.motion.time_laws import path_law
 from robojoule.robots.drives import (
     DriveParameters,
     Gradient,
@@ -38,10 +38,11 @@ from robojoule.robots.drives import (
     mains_gradient,
     mains_weight,
 )
+from robojoule.robots.recursion import path_regressors
+from robojoule.robots.rigid_body import BODY_PARAMETERS
 from robojoule.robots.robot import Robot
 
 _CHUNK = 160  # runs evaluated at once: keeps the work arrays in the processor's cache
-BODY_PARAMETERS = 10  # mass, first moments (3), inertia about the joint's origin (6)
 INERTIAL = "inertial"  # where a gradient holds the derivatives after the coordinates of inertial directions
 _OF_JOINTS = ("coulomb_nm", "viscous_nm_s_per_rad", "load_friction", "copper_w_per_nm2", "rotor_inertia_kg_m2")
 
@@ -90,7 +91,7 @@ class PathIntegrals:
         torques = paths.torques
         self.counts = torques.counts
         self.coefficients = np.concatenate([torques.inertia_nm_s2, torques.velocity_nm_s2, torques.gravity_nm], axis=2)
-        self.regressors = link_regressors(self.robot, paths.start_rad, self.delta_rad, torques.nodes_s, directions)
+        self.regressors = link_regressors(self.robot, paths.path, torques.nodes_s, directions)
 
     def evaluate(
         self, drives: DriveParameters, inertial: Array, viscosity: Array | None = None, *, gradient: bool = False
@@ -138,7 +139,7 @@ class PathIntegrals:
         Viscosity has shape (M', 1, 1). Also returns the integrals of dP/dl times (s'', s'^2, 1) times the basis, shape
         (M', S, K, 3 n).
         """
-        law = rest_to_rest_law(self.peak_velocity[rows], self.acceleration[rows], self.filter_s)
+        law = path_law(self.peak_velocity[rows], self.acceleration[rows], self.filter_s)
         motions, speeds = law.duration_s.shape[:2]
         count, joints = coefficients.shape[1], self.delta_rad.shape[1]
         delta = self.delta_rad[rows][:, None, :]
@@ -185,13 +186,12 @@ class PathIntegrals:
         return idle, shared | of_joints | {"rotor_inertia_kg_m2": still, INERTIAL: inertial}
 
 
-def link_regressors(robot: Robot, start_rad: Array, delta_rad: Array, nodes_s: Array, directions: Array) -> Array:
+def link_regressors(robot: Robot, path: Path, nodes_s: Array, directions: Array) -> Array:
     """Chebyshev coefficients of m, c and g for a unit of each inertial direction.
 
     Args:
         robot: Robot; its kinematics matter only.
-        start_rad: Start configurations, shape (M, n). [rad]
-        delta_rad: Joint changes, shape (M, n). [rad]
+        path: M paths.
         nodes_s: Path positions of the nodes, shape (K,). [-]
         directions: Shape (10 n, r).
 
@@ -201,24 +201,15 @@ def link_regressors(robot: Robot, start_rad: Array, delta_rad: Array, nodes_s: A
     Raises:
         InputError: The directions are not those of a robot with as many joints.
     """
-    motions, joints = delta_rad.shape
+    motions, joints = path.start_rad.shape
     count, width = len(nodes_s), directions.shape[1]
     if len(directions) != BODY_PARAMETERS * joints:
         raise InputError(
             f"the predictor knows {len(directions) // BODY_PARAMETERS} bodies, but {robot.name} has {joints}"
         )
-    values = np.zeros((motions, count, 3 * joints, width))
-    if width == 0:
-        return values
-    data, zero = robot.model.createData(), np.zeros(joints)
-    for motion, (start, delta) in enumerate(zip(start_rad, delta_rad, strict=True)):
-        for node, s in enumerate(nodes_s):
-            q = start + s * delta
-            gravity = pin.computeJointTorqueRegressor(robot.model, data, q, zero, zero) @ directions
-            inertia = pin.computeJointTorqueRegressor(robot.model, data, q, zero, delta) @ directions
-            velocity = pin.computeJointTorqueRegressor(robot.model, data, q, delta, zero) @ directions
-            values[motion, node, :joints] = inertia - gravity
-            values[motion, node, joints : 2 * joints] = velocity - gravity
-            values[motion, node, 2 * joints :] = gravity
-    to_coefficients = np.linalg.inv(chebyshev_basis(nodes_s, count))
-    return np.asarray(np.matmul(to_coefficients, values.reshape(motions, count, -1)).reshape(values.shape))
+    rows = slice(None)
+    at = path.positions_rad(rows, nodes_s)
+    along = np.broadcast_to(path.slopes_rad(rows, nodes_s).swapaxes(0, 1), at.shape)
+    values = path_regressors(robot.mechanism, at.reshape(joints, -1), along.reshape(joints, -1), directions)
+    series = values.reshape(-1, count) @ np.linalg.inv(chebyshev_basis(nodes_s, count)).T
+    return np.ascontiguousarray(series.reshape(3 * joints, width, motions, count).transpose(2, 3, 0, 1))

@@ -227,7 +227,7 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
     profiles.refine(relative_error, highest_slope_w=highest)
     result = []
     for tree, rows in enumerate(batch.rows):
-        pairs = [profiles.sandwich(motion) for motion in range(rows.start, rows.stop)]
+        pairs = [profiles.enclosure(motion) for motion in range(rows.start, rows.stop)]
         prior, post = batch.idle_prior_w[rows].tolist(), batch.idle_post_w[rows].tolist()
         curve, bound = (
             pareto_curve(

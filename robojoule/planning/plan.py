@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, simulate_trees
@@ -15,6 +17,7 @@ from robojoule.programs.operation_tree import OperationTree
 from robojoule.programs.program import Program
 
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
+SAME_POSITION_RAD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +70,17 @@ class Plan:
     @property
     def saving_percent(self) -> float:
         """Energy that the plan saves against the program as given. [%]"""
-        return _below_percent(self.energy_j, self.energy_given_j)
+        return _percent(self.energy_given_j - self.energy_j, self.energy_given_j)
 
     @property
     def saving_over_unoptimized_percent(self) -> float:
         """Energy that the plan saves against full speed and waiting at the end. [%]"""
-        return _below_percent(self.energy_j, self.energy_unoptimized_j)
+        return _percent(self.energy_unoptimized_j - self.energy_j, self.energy_unoptimized_j)
 
     @property
     def gap_to_optimum_percent(self) -> float:
         """By how much the plan's energy is above the proven bound at most. [%]"""
-        return -_below_percent(self.energy_j, self.bound_j)
+        return _percent(self.energy_j - self.bound_j, self.bound_j)
 
     @property
     def peak_torque_ratio(self) -> float:
@@ -121,9 +124,9 @@ class Plan:
         }
 
 
-def _below_percent(energy_j: float, reference_j: float) -> float:
-    """By how much an energy is below a reference, which is zero only where nothing draws energy. [%]"""
-    return 100.0 * (1.0 - energy_j / reference_j) if reference_j > 0.0 else 0.0
+def _percent(difference_j: float, reference_j: float) -> float:
+    """A difference as a share of a reference, which is zero only where nothing draws energy. [%]"""
+    return 100.0 * difference_j / reference_j if reference_j > 0.0 else 0.0
 
 
 def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule) -> CycleRun:
@@ -149,11 +152,12 @@ def waiting_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> fl
     return run.energy_j + max(cycle_time_s - run.cycle_time_s, 0.0) * idle_power_w
 
 
-def plan_warnings(run: CycleRun, given: CycleRun) -> tuple[str, ...]:
+def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[str, ...]:
     """What to know about a plan, a sentence each.
 
     Args:
-        run: Simulation of the plan.
+        tree: The tree with the plan.
+        run: Its simulation.
         given: Simulation of the program as given.
     """
     found = []
@@ -161,8 +165,9 @@ def plan_warnings(run: CycleRun, given: CycleRun) -> tuple[str, ...]:
         worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
         found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
     if given.cycle_time_s > run.cycle_time_s + LATE_S:
-        found.append(
-            f"the program as given takes {given.cycle_time_s:.4f} s, longer than the plan: its energy is that of its "
-            "own cycle"
-        )
+        longer = f"the program as given takes {given.cycle_time_s:.4f} s, longer than the plan"
+        found.append(f"{longer}: its energy is that of its own cycle")
+    start, *_, end = tree.configurations_rad()
+    if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
+        found.append("the cycle ends elsewhere than it starts: the way back is not part of the plan")
     return tuple(found)

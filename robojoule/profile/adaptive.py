@@ -1,17 +1,7 @@
 """Adaptive profiles: few runs of each motion, between a profile above and one below the true curve E(d).
 
-Runs are points of E(d). Where neighbouring chords bend upwards (E is convex there), E lies below its chord and above
-both neighbours extended: their crossing shows where and by how much E may lie below the chord. The next run goes there
-(a sandwich algorithm; error falls with the square of the number of runs). Where chords bend downwards the same holds
-with above and below exchanged: the runs themselves are kept, so a stretch that is not convex stays as it is and the
-planning model gives it a binary. In a segment that bends upwards at one end only, the neighbour there is extended over
-most of it. Above and below hold as long as the curvature of E does not change its sign unseen between two runs.
-
-They enclose the curve up to the error of the simulated energies: where two zeros of the bus power lie between the same
-two quadrature nodes, the simulation misses both, the energy comes out too low and neighbouring runs differ by a step.
-Among 20 000 runs of 100 random motions of a KR16 with 10 kg it was too low by up to 4e-4 of its value, by more than
-1e-6 in 2 % of the runs. At a stated error of 1e-3 the curve rose above the upper profile by up to 3e-4 of its value, by
-more than 1e-6 for 16 motions, and fell below the lower profile for none. With four times as many nodes it lay between.
+The next run goes where both may differ most (a sandwich algorithm; the error falls with the square of the number of
+runs). See `robojoule.profile.enclosure` for what above and below mean and how far they hold.
 
 Near d_min the energy may fall with a vertical tangent (duration has its least value there as a function of the speed
 limit); equal steps of the speed limit resolve it.
@@ -20,14 +10,13 @@ limit); equal steps of the speed limit resolve it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robojoule.arrays import Array
 from robojoule.motion.simulation import MotionPaths
-from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.enclosure import Enclosure, enclose
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 
 LEAST_SPACING_S = 1e-6  # runs nearer to each other than this would have steep chords of pure noise
@@ -36,70 +25,10 @@ MAX_ROUNDS = 40
 _FIRST_SHARES = np.array([0.0, 0.12, 0.3, 0.48, 0.66, 0.84, 1.0])
 _MOST_RUNS_A_ROUND = 4  # of one motion
 _EDGE = 0.1  # a new run keeps this share of the segment away from its ends
-_ONE_SIDED = 0.8  # share of a segment that bends upwards at one end only, over which the neighbour is extended
-
-
-@dataclass(frozen=True, eq=False)
-class Sandwich:
-    """A profile nowhere below the curve and one nowhere above it, and their difference in each segment between runs.
-
-    Attributes:
-        above: Energies at which a plan can be executed.
-        below: Energies that no plan can undercut.
-        difference_j: Largest difference of both within each segment, shape (B - 1,). [J]
-        widest_s: Duration at which it occurs, shape (B - 1,). [s]
-    """
-
-    above: PiecewiseLinearProfile
-    below: PiecewiseLinearProfile
-    difference_j: Array
-    widest_s: Array
-
-
-def sandwich(samples: PiecewiseLinearProfile) -> Sandwich:
-    """Enclose a function that is known at the breakpoints only (see the module's text)."""
-    d, e = samples.durations_s, samples.energies_j
-    if samples.segments < 2:  # nothing is known about the bend
-        middle = (d[:-1] + d[1:]) / 2.0
-        return Sandwich(samples, samples, np.full(samples.segments, np.inf), middle)
-    at_low, low = _supports(d, e)
-    at_high, high = _supports(d, -e)
-    above, below = _lowered(d, -e, at_high, high, -1.0), _lowered(d, e, at_low, low, 1.0)
-    corners = np.unique(np.concatenate([d, above.durations_s, below.durations_s]))
-    apart = above.value(corners) - below.value(corners)
-    first = np.searchsorted(corners, d)
-    difference = np.maximum(np.maximum.reduceat(apart, first[:-1]), apart[first[1:]])
-    return Sandwich(above, below, difference, np.where(low >= high, at_low, at_high))
-
-
-def _supports(d: Array, e: Array) -> tuple[Array, Array]:
-    """Where in each segment the curve may lie furthest below its chord [s], and how far (0: nowhere) [J]."""
-    slopes, width = np.diff(e) / np.diff(d), np.diff(d)
-    rise = np.maximum(np.diff(slopes), 0.0)
-    left, right = np.append(0.0, rise), np.append(rise, 0.0)  # bend at the left and at the right end of a segment
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where((left > 0.0) & (right > 0.0), right / (left + right), np.where(left > 0.0, _ONE_SIDED, 0.2))
-    # The first and the last segment have one neighbour: its line counts up to the end.
-    share[0], share[-1] = 0.0, 1.0
-    depth = np.where(left > 0.0, left * share, right * (1.0 - share)) * width
-    return d[:-1] + share * width, depth
-
-
-def _lowered(d: Array, e: Array, at: Array, depth: Array, sign: float) -> PiecewiseLinearProfile:
-    """Profile through the lowered points; samples remain where a segment beside them has none."""
-    slopes = np.diff(e) / np.diff(d)
-    value = e[:-1] + slopes * (at - d[:-1]) - depth
-    low = depth > 0.0
-    beside = np.concatenate([[low[0]], low[:-1] & low[1:], [low[-1]]])
-    durations, energies = np.concatenate([d[~beside], at[low]]), np.concatenate([e[~beside], value[low]])
-    order = np.argsort(durations, kind="stable")
-    durations, energies = durations[order], energies[order]
-    distinct = np.append(True, np.diff(durations) > 0.0)
-    return PiecewiseLinearProfile(durations[distinct], sign * energies[distinct])
 
 
 class AdaptiveProfiles:
-    """Profiles of M motions from runs that are added in rounds, all motions together.
+    """Simulated profiles of M motions (a `ProfileSource`): runs are added in rounds, all motions together.
 
     Args:
         paths: The motions.
@@ -124,9 +53,19 @@ class AdaptiveProfiles:
         ]
         self.runs: NDArray[np.intp] = np.array([np.unique(row).size for row in limits])
 
-    def sandwich(self, motion: int) -> Sandwich:
+    @property
+    def idle_start_w(self) -> Array:
+        """True idle power at the start of each motion, shape (M,). [W]"""
+        return self.paths.idle_power_start_w
+
+    @property
+    def idle_end_w(self) -> Array:
+        """True idle power at the end of each motion, shape (M,). [W]"""
+        return self.paths.idle_power_end_w
+
+    def enclosure(self, motion: int) -> Enclosure:
         """Profiles above and below the true one of a motion."""
-        return sandwich(self.profiles[motion].piecewise())
+        return enclose(self.profiles[motion].piecewise())
 
     def refine(
         self, relative_error: float, *, absolute_error_j: float = 0.0, highest_slope_w: ArrayLike = np.inf
@@ -152,7 +91,7 @@ class AdaptiveProfiles:
                 profile = self.profiles[motion]
                 if len(profile) < 2:
                     continue
-                pair = self.sandwich(motion)
+                pair = self.enclosure(motion)
                 allowed = max(relative_error * float(profile.energies_j.min()), absolute_error_j)
                 slopes = profile.piecewise().slopes_w
                 # One segment more: the profile below joins the low points of neighbouring segments.
@@ -161,11 +100,11 @@ class AdaptiveProfiles:
                 worst = worst[np.argsort(-pair.difference_j[worst], kind="stable")][:_MOST_RUNS_A_ROUND]
                 if worst.size:
                     wanted[motion] = pair.widest_s[worst]
-            open_motions = self.add(wanted)
+            open_motions = self.refine_near(wanted)
             if not open_motions:
                 return
 
-    def add(self, durations_s: Mapping[int, Array]) -> list[int]:
+    def refine_near(self, durations_s: Mapping[int, Array]) -> list[int]:
         """Simulate one round of further runs near given durations.
 
         Args:
@@ -183,13 +122,7 @@ class AdaptiveProfiles:
         table = np.array([np.resize(limits[motion], width) for motion in motions])
         runs = self.paths.subset(np.array(motions)).simulate(table)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, table, strict=True):
-            known = self.profiles[motion]
-            self.profiles[motion] = sampled_profile(
-                np.append(known.durations_s, d),
-                np.append(known.energies_j, e),
-                np.append(known.speed_limits, p),
-                LEAST_SPACING_S,
-            )
+            self.profiles[motion] = self.profiles[motion].joined(d, e, p, LEAST_SPACING_S)
             self.runs[motion] += limits[motion].size
         return motions
 

@@ -8,8 +8,8 @@ Predicting needs numpy alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +28,7 @@ from robojoule.calibration.run_model import (
 from robojoule.errors import InputError
 from robojoule.motion.path_integrals import PathIntegrals
 from robojoule.motion.simulation import MotionPaths
-from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.residual import Residual, no_residual, residual_features
 from robojoule.profile.sampled import sampled_profile
 from robojoule.robots.drives import DriveParameters
@@ -40,7 +40,7 @@ _BLOCK = 256  # motions predicted at once: bounds memory
 
 @dataclass(frozen=True)
 class PredictedProfiles:
-    """Predicted profiles of M motions at S speed limits; convex over duration.
+    """Predicted profiles of M motions at S speed limits (a `ProfileSource`); convex over duration.
 
     Attributes:
         speed_limit: Shape (M, S). [-]
@@ -62,16 +62,18 @@ class PredictedProfiles:
     idle_start_w: Array
     idle_end_w: Array
 
-    def piecewise(self, motion: int, *, cautious: bool = False) -> PiecewiseLinearProfile:
-        """Convex profile of one motion for the planning model.
+    def cautious(self) -> PredictedProfiles:
+        """The same with profiles by the upper quantile of energy differences instead of the prediction itself."""
+        return replace(self, energy_j=self.cautious_j)
 
-        Args:
-            motion: Index.
-            cautious: By the upper quantile of energy differences instead of the prediction itself.
-        """
-        energy = self.cautious_j if cautious else self.energy_j
-        runs = sampled_profile(self.duration_s[motion], energy[motion], self.speed_limit[motion])
-        return runs.piecewise().lower_hull
+    def enclosure(self, motion: int) -> Enclosure:
+        """The convex profile of a motion, which is all that is known of it."""
+        runs = sampled_profile(self.duration_s[motion], self.energy_j[motion], self.speed_limit[motion])
+        return Enclosure.exact(runs.piecewise().lower_hull)
+
+    def refine_near(self, durations_s: Mapping[int, Array]) -> list[int]:
+        """A prediction knows no more than it says; see `ProfileSource.refine_near`."""
+        return []
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,11 @@ def calibrated_predictor(
     distinct = [part.distinct() for part in runs]
     calibration = calibrate(vector, distinct, [part.integrals(directions) for part in distinct], prior)
     count = sum(int(np.isfinite(part.energy_j).sum()) for part in distinct)
-    note = f"calibrated on {count} runs" if count else "nominal physics of the catalog entry: no run of it is known"
+    note = (
+        f"calibrated on {count} runs of {robot.name}"
+        if count
+        else f"no run of {robot.name} is known: nominal physics of its entry, with the wide interval expected of one"
+    )
     return ProfilePredictor.of(robot, directions, calibration, note)
 
 

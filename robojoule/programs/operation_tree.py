@@ -22,7 +22,7 @@ from robojoule.errors import InputError
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
 
-# Strict: text and booleans are no numbers in these files; integers are.
+# Strict: text and booleans are not numbers in these files; integers are.
 Number = Annotated[float, Strict()]
 Duration = Annotated[Number, Field(ge=0)]
 Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
@@ -30,7 +30,7 @@ Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"
 
 
 def _accepts_degrees(stem: str) -> Any:
-    """Edit a model's JSON Schema so that `<stem>_deg` may stand in place of `<stem>_rad`."""
+    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`."""
     radians, degrees = f"{stem}_rad", f"{stem}_deg"
 
     def edit(schema: dict[str, Any]) -> None:
@@ -38,7 +38,7 @@ def _accepts_degrees(stem: str) -> Any:
         for key, value in schema["properties"].items():
             properties[key] = value
             if key == radians:
-                text = value["description"].replace("[rad]", f"[deg] Stands in place of {radians}.")
+                text = value["description"].replace("[rad]", f"[deg] Instead of {radians}.")
                 properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
         schema["properties"] = properties
         schema["required"] = [key for key in schema["required"] if key != radians]
@@ -108,7 +108,7 @@ class MoveOperation(Document):
 
     type: Literal["move"] = "move"
     name: Name = Field(description="Name, unique in the tree.")
-    target_rad: Configuration = Field(description="Joint configuration to reach, one value a joint. [rad]")
+    target_rad: Configuration = Field(description="Joint configuration to reach, one value per joint. [rad]")
     zone: Zone = Field(default="fine", description="fine: stop at the target; radius_m: pass it within this distance.")
     speed_limit_percent: Annotated[Number, Field(gt=0, le=100)] = Field(
         default=100.0, description="Share of the joint velocity limits that may be used. [%]"
@@ -191,7 +191,7 @@ class OperationTree(Document):
         for key, operation in self.walk():
             if operation.name in seen:
                 raise _inconsistent(
-                    f"{key}.name", f"the name '{operation.name}' stands already at {seen[operation.name]}"
+                    f"{key}.name", f"the name '{operation.name}' is already used at {seen[operation.name]}"
                 )
             seen[operation.name] = key
         if not self.moves():
@@ -258,7 +258,7 @@ class OperationTree(Document):
             The new tree; nothing else differs.
 
         Raises:
-            InputError: A name is no move of this tree, or a value is out of range.
+            InputError: A name is not that of a move of this tree, or a value is out of range.
         """
         changes: dict[str, dict[str, float]] = {}
         for field, values in (

@@ -87,7 +87,7 @@ BAD = {
     "nameless move": ("q1_deg,name\n0,\n1,\n", ", line 3, column name: the move has no name; allowed: a name in every"),
     "doubled name": (
         "q1_deg,name\n0,a\n1,a\n2,a\n",
-        ", line 4, column name: the name 'a' stands already in line 3",
+        ", line 4, column name: the name 'a' is already used in line 3",
     ),
     "endless name": ("q1_deg,name\n0,\n1," + "a" * 201 + "\n", ": String should have at most 200 characters"),
     "open quote": ('q1_deg\n0\n"1\n', ", line 3: the row cannot be read (unexpected end of data)"),

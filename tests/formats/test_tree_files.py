@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from robojoule.errors import InputError
+from robojoule.formats.registry import load_program
 from robojoule.formats.tree_files import (
     load_tree,
     operation_tree_schema,
@@ -121,7 +122,7 @@ BAD = {
     "not-a-list": (edit(*IN_GROUP, value=5), "operations.1.operations: operation 'group': this must be a list", True),
     "duplicate-name": (
         edit(*IN_GROUP, 0, "name", value="go"),
-        "operations.1.operations.0.name: the name 'go' stands already at operations.0",
+        "operations.1.operations.0.name: the name 'go' is already used at operations.0",
         False,
     ),
     "blank-name": (
@@ -355,16 +356,29 @@ def test_documented_tree_is_valid(robot, tmp_path):
     assert len(load_tree(tmp_path / "spot-weld.yaml", robot).moves()) == 3
 
 
-def test_documented_message_is_the_real_one(robot, tmp_path, monkeypatch):
+def test_documented_messages_are_the_real_ones(robot, tmp_path, monkeypatch):
     (text,) = snippets("yaml operation-tree")
     data = yaml.safe_load(text)
     data["operations"][1]["target_rad"] = [0, 2, 1.5, 0, 0, 0]
     del data["operations"][1]["target_deg"]
     monkeypatch.chdir(tmp_path)
     Path("cell.yaml").write_text(yaml.safe_dump(data))
-    with pytest.raises(InputError) as caught:
-        load_tree("cell.yaml", robot)
-    assert [str(caught.value)] == [line.strip() for line in snippets("text")]
+    (table,) = snippets("csv")
+    assert "to part,50,-70," in table
+    Path("cycle.csv").write_text(table.replace("to part,50,-70,", "to part,50,up,"))
+    said = []
+    for name in ("cell.yaml", "cycle.csv"):
+        with pytest.raises(InputError) as caught:
+            load_program(name).check(robot)
+        said.append(str(caught.value))
+    assert said == [line.strip() for line in snippets("text")]
+
+
+def test_documented_table_is_valid(robot, tmp_path):
+    (tmp_path / "cycle.csv").write_text(snippets("csv")[0])
+    program = load_program(tmp_path / "cycle.csv")
+    program.check(robot)
+    assert [move.name for move in program.moves] == ["to part", "to belt", "home"]
 
 
 def test_documented_code_runs(tmp_path, monkeypatch, capsys):

@@ -81,12 +81,12 @@ def test_directions_of_another_number_of_joints_are_refused(case):
 
 def test_errors_keep_bodies_physical():
     robot, rng = load_robot("kuka_kr16_r2010_2"), np.random.default_rng(0)
-    for body in list(robot.model.inertias)[1:]:
+    for body in robot.mechanism.bodies:
         for _ in range(50):
             changed = draw_errors(rng, 0.15).applied(body)
-            inertia = np.asarray(changed.inertia)
+            inertia = changed.inertia_kg_m2
             assert (np.linalg.eigvalsh(np.trace(inertia) / 2 * np.eye(3) - inertia) >= -1e-12).all()
-            assert abs(changed.mass - body.mass) <= 0.15 * body.mass
+            assert abs(changed.mass_kg - body.mass_kg) <= 0.15 * body.mass_kg
 
 
 def test_directions_explain_the_torques_of_drawn_errors():
@@ -97,8 +97,7 @@ def test_directions_explain_the_torques_of_drawn_errors():
     nominal = MotionPaths(robot, start, end).torques.gravity_nm
     errors = [draw_errors(rng, 0.15) for _ in range(6)]
     changes = [
-        e.applied(body).toDynamicParameters() - body.toDynamicParameters()
-        for e, body in zip(errors, list(robot.model.inertias)[1:], strict=True)
+        e.applied(body).parameters - body.parameters for e, body in zip(errors, robot.mechanism.bodies, strict=True)
     ]
     truth = MotionPaths(robot_variant(robot, robot.drives, np.concatenate(changes)), start, end).torques.gravity_nm
     per_unit = [

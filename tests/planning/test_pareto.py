@@ -6,13 +6,10 @@ import pytest
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
-from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve, trade_offs
-from robojoule.planning.simulated import RELATIVE_GAP, simulated_plans
 from robojoule.planning.solver import PlanSolver
-from robojoule.planning.writeback import write_plans
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -132,24 +129,3 @@ def test_trees_are_enclosed_by_curve_and_bound(batch):
         assert (found.bound.energy_j(times[number]) <= optimum).all()
         assert found.curve.energy_j(times[number]) == pytest.approx(optimum, rel=5e-4)
         assert found.runs < 100 * len(batch.trees[number].moves())
-
-
-def test_plans_from_few_runs_are_near_the_optimum(batch):
-    times = batch.least_cycles_s[:, None] * np.array([1.0, 1.1, 1.5, 2.0])
-    found = simulated_plans(batch, times)
-    best = optimal_plans(batch, times, speed_limits=61)
-    simulated = simulate_trees(batch, write_plans(batch, found.plans))
-    for runs, plans, optimum in zip(simulated, found.plans, best, strict=True):
-        for run, plan, least in zip(runs, plans, optimum, strict=True):
-            assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-6)
-            assert run.energy_j <= plan.energy_j * (1.0 + 1e-6)  # the model promises no less than what happens
-            assert run.energy_j / least.energy_j - 1.0 < RELATIVE_GAP
-            assert plan.bound_j <= least.energy_j * (1.0 + 1e-6)
-            assert 1.0 - plan.bound_j / plan.energy_j <= RELATIVE_GAP
-    assert found.runs.max() <= 30
-
-
-def test_runs_are_added_only_where_a_plan_stands(batch):
-    one = simulated_plans(batch, batch.least_cycles_s[:, None] * 1.2)
-    many = simulated_plans(batch, batch.least_cycles_s[:, None] * np.array([1.05, 1.2, 1.5, 2.0]))
-    assert one.runs.sum() < many.runs.sum()

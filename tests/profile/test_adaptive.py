@@ -5,7 +5,8 @@ import pytest
 
 from robojoule.motion.quadrature import run_quadrature
 from robojoule.motion.simulation import MotionPaths
-from robojoule.profile.adaptive import LEAST_SPACING_S, AdaptiveProfiles, sandwich
+from robojoule.profile.adaptive import LEAST_SPACING_S, AdaptiveProfiles
+from robojoule.profile.enclosure import enclose
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -56,7 +57,7 @@ def dense(paths):
 
 def assert_between(adaptive, curve, relative):
     for motion in range(adaptive.paths.motions):
-        pair = adaptive.sandwich(motion)
+        pair = adaptive.enclosure(motion)
         d, e = curve.duration_s[motion], curve.energy_j[motion]
         d = np.clip(d, pair.above.d_min_s, pair.above.d_max_s)
         assert (pair.above.value(d) >= e * (1.0 - relative)).all()
@@ -79,7 +80,7 @@ def test_the_true_curve_lies_between_simulated_profiles_up_to_the_error_of_the_s
 
 def test_both_profiles_differ_by_no_more_than_the_stated_error(paths, refined):
     for motion in range(1, paths.motions):
-        pair, profile = refined.sandwich(motion), refined.profiles[motion]
+        pair, profile = refined.enclosure(motion), refined.profiles[motion]
         allowed = ERROR * profile.energies_j.min()
         wide = np.diff(profile.durations_s) > 4.0 * LEAST_SPACING_S
         assert pair.difference_j[wide].max(initial=0.0) <= allowed
@@ -100,7 +101,7 @@ def test_runs_are_counted_and_as_many_equidistant_ones_are_worse(paths, refined)
     ratios = []
     for motion in range(2, paths.motions):
         runs = PiecewiseLinearProfile(*_rising(equidistant.duration_s[motion], equidistant.energy_j[motion]))
-        ratios.append(sandwich(runs).difference_j.max() / refined.sandwich(motion).difference_j.max())
+        ratios.append(enclose(runs).difference_j.max() / refined.enclosure(motion).difference_j.max())
     assert min(ratios) > 1.5
 
 
@@ -115,7 +116,7 @@ def test_what_costs_more_than_waiting_is_not_refined(paths):
     useful.refine(5e-3, highest_slope_w=0.0)
     assert useful.runs.sum() < everything.runs.sum()
     for motion in range(1, paths.motions):
-        pair, profile = useful.sandwich(motion), useful.profiles[motion]
+        pair, profile = useful.enclosure(motion), useful.profiles[motion]
         to_best = np.flatnonzero(np.diff(profile.durations_s) > 4.0 * LEAST_SPACING_S)
         to_best = to_best[to_best < profile.optimum]
         assert (pair.difference_j[to_best] <= 5e-3 * profile.energies_j.min()).all()
@@ -139,7 +140,7 @@ def test_convex_curves_are_enclosed(seed):
     rng = np.random.default_rng(seed)
     a, b, c = rng.uniform(50, 500), rng.uniform(0, 100), rng.uniform(100, 500)
     d = np.sort(rng.uniform(0.3, 2.0, 9))
-    pair = sandwich(PiecewiseLinearProfile(d, a / d + b + c * d))
+    pair = enclose(PiecewiseLinearProfile(d, a / d + b + c * d))
     grid = np.linspace(d[0], d[-1], 2001)
     true = a / grid + b + c * grid
     assert (pair.above.value(grid) >= true - 1e-9).all()
@@ -153,7 +154,7 @@ def test_convex_curves_are_enclosed(seed):
 
 def test_concave_curves_are_enclosed_the_other_way_round():
     d = np.linspace(1.0, 2.0, 7)
-    pair = sandwich(PiecewiseLinearProfile(d, 100.0 - 50.0 * (d - 1.6) ** 2))
+    pair = enclose(PiecewiseLinearProfile(d, 100.0 - 50.0 * (d - 1.6) ** 2))
     grid = np.linspace(1.0, 2.0, 1001)
     true = 100.0 - 50.0 * (grid - 1.6) ** 2
     assert (pair.above.value(grid) >= true - 1e-9).all()
@@ -163,7 +164,7 @@ def test_concave_curves_are_enclosed_the_other_way_round():
 
 def test_a_curve_with_a_bump_keeps_it():
     d = np.linspace(0.0, 2.0 * np.pi, 41)
-    pair = sandwich(PiecewiseLinearProfile(d, 10.0 + np.sin(d)))
+    pair = enclose(PiecewiseLinearProfile(d, 10.0 + np.sin(d)))
     grid = np.linspace(0.0, 2.0 * np.pi, 3001)
     assert (pair.above.value(grid) >= 10.0 + np.sin(grid) - 1e-4).all()
     assert (pair.below.value(grid) <= 10.0 + np.sin(grid) + 1e-4).all()
@@ -172,8 +173,8 @@ def test_a_curve_with_a_bump_keeps_it():
 
 
 def test_one_segment_says_nothing_about_the_bend():
-    pair = sandwich(PiecewiseLinearProfile([1.0, 2.0], [5.0, 4.0]))
+    pair = enclose(PiecewiseLinearProfile([1.0, 2.0], [5.0, 4.0]))
     assert pair.difference_j.tolist() == [np.inf]
     assert pair.widest_s.tolist() == [1.5]
-    still = sandwich(PiecewiseLinearProfile([0.0], [0.0]))
+    still = enclose(PiecewiseLinearProfile([0.0], [0.0]))
     assert still.difference_j.size == 0

@@ -2,8 +2,15 @@ from pathlib import Path
 
 import pytest
 
-from reproduction.claims import Claim, read_claims, write_claims
+from reproduction.claims import COLUMNS, Claim, read_claims, write_claims
 from robojoule.errors import InputError
+
+
+@pytest.mark.parametrize(("held", "text"), [(True, "true"), (False, "false"), (None, "")])
+def test_a_claim_is_one_row(held: bool | None, text: str):
+    row = Claim("it saves", "10 %", "11 %", held).row()
+    assert tuple(row) == COLUMNS
+    assert list(row.values()) == ["it saves", "10 %", "11 %", text]
 
 
 def test_claims_are_read_as_they_were_written(tmp_path: Path):

@@ -1,9 +1,10 @@
-"""`robojoule_simulated`: plans on adaptive profiles with true idle power, from few simulated runs of each motion.
+"""Plans on energy profiles of any source, with a proven bound where the source encloses the true profiles.
 
-Profiles need not be known everywhere, only where plans stand. Each round plans every cycle time on the profiles below
-the true ones (all cycle times at once, see `robojoule.planning.pareto`) and adds runs where the profiles above and
-below differ at that plan. As the plan could be executed on the profiles above, the sum of these differences bounds the
-gap; when it is small enough, the planning model gives the final plan on the profiles above.
+Profiles need not be known everywhere, only where plans are. Each round plans every cycle time on the profiles below
+the true ones (all cycle times at once, see `robojoule.planning.pareto`) and asks the source for more where the profiles
+above and below differ at that plan. As the plan could be executed on the profiles above, the sum of these differences
+bounds the gap; when it is small enough, or the source has no more to tell, the planning model gives the final plan on
+the profiles above.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
@@ -20,54 +20,56 @@ from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.pareto import pareto_curve
 from robojoule.planning.schedule import Schedule
-from robojoule.profile.adaptive import AdaptiveProfiles, Sandwich
+from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.source import ProfileSource
 
-RELATIVE_GAP = 5e-4  # of a plan to its proven bound, at which no more runs are added
+RELATIVE_GAP = 5e-4  # of a plan to its proven bound, at which no more is asked of the source
 MAX_ROUNDS = 15
 _MILP_GAP = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatedPlans:
-    """Plans of all trees with what they were made from.
+class SourcePlans:
+    """Plans of all trees with the costs that they were made from.
 
     Attributes:
-        plans: R plans for each tree. `energy_j` is met or undercut by the simulation, `bound_j` bounds the energy of
-            every plan of that cycle time from below; both hold the energy of process steps.
-        costs: Costs of each tree's vertices: profiles above the true ones, true idle power.
-        runs: Simulated runs of each motion, shape (M,).
+        plans: R plans for each tree. By what the source knows, `energy_j` is met or undercut, and `bound_j` bounds the
+            energy of every plan of that cycle time from below; both hold the energy of process steps.
+        costs: Costs of each tree's vertices: profiles above the true ones, idle power.
     """
 
     plans: list[list[Schedule]]
     costs: list[list[VertexCosts]]
-    runs: NDArray[np.intp]
 
 
-def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: float = RELATIVE_GAP) -> SimulatedPlans:
+def plan_on_source(
+    source: ProfileSource, batch: TreeBatch, cycle_times_s: Array, *, relative_gap: float = RELATIVE_GAP
+) -> SourcePlans:
     """Plan every tree at its cycle times.
 
     Args:
+        source: Profiles of the motions of the batch.
         batch: Trees.
         cycle_times_s: Cycle times of each tree, shape (T, R). [s]
-        relative_gap: Proven gap of each plan at which no more runs are added. [-]
+        relative_gap: Proven gap of each plan at which no more is asked of the source. [-]
 
     Raises:
         CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
         PlanningError: The solver failed.
     """
     times = np.asarray(cycle_times_s, dtype=float)
-    search = _Search(batch, times, relative_gap)
+    search = _Search(source, batch, times, relative_gap)
     for _ in range(MAX_ROUNDS):
         if not search.refine():
             break
     plans, costs = [], []
     for tree in range(len(batch.trees)):
-        of_tree = search.costs(tree, [pair.above for pair in search.pairs(tree)])
+        of_tree = search.costs(tree, [known.above for known in search.enclosures(tree)])
         step = process_energy_j(batch.trees[tree])
         found = chain_plans(batch.graphs[tree], of_tree, times[tree], relative_gap=_MILP_GAP)
         bounds = search.bounds_j(tree)
-        # Where only one plan is possible, all at full speed, it is its own bound, with the energies that were run: the
+        # Where only one plan is possible, all at full speed, it is its own bound, with the energies that are known: the
         # profile above may lie higher there.
         only = times[tree] <= batch.least_cycles_s[tree] * (1.0 + 1e-12)
         excess = search.excess_at_full_speed_j(tree)
@@ -82,44 +84,41 @@ def simulated_plans(batch: TreeBatch, cycle_times_s: Array, *, relative_gap: flo
             ]
         )
         costs.append(of_tree)
-    return SimulatedPlans(plans, costs, search.profiles.runs.copy())
+    return SourcePlans(plans, costs)
 
 
 class _Search:
-    """Adaptive profiles of a batch, refined where plans stand."""
+    """Profiles of a batch, refined where plans are."""
 
-    def __init__(self, batch: TreeBatch, times: Array, relative_gap: float) -> None:
+    def __init__(self, source: ProfileSource, batch: TreeBatch, times: Array, relative_gap: float) -> None:
+        self.source = source
         self.batch = batch
         self.times = times
         self.relative_gap = relative_gap
-        self.profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
-        self._known: dict[int, Sandwich] = {}
+        self._known: dict[int, Enclosure] = {}
         self._open = list(range(len(batch.trees)))
 
-    def pairs(self, tree: int) -> list[Sandwich]:
-        """Profiles above and below of a tree's motions."""
+    def enclosures(self, tree: int) -> list[Enclosure]:
+        """What is known of the profiles of a tree's motions."""
         rows = self.batch.rows[tree]
         for motion in range(rows.start, rows.stop):
             if motion not in self._known:
-                self._known[motion] = self.profiles.sandwich(motion)
+                self._known[motion] = self.source.enclosure(motion)
         return [self._known[motion] for motion in range(rows.start, rows.stop)]
 
     def costs(self, tree: int, profiles: list[PiecewiseLinearProfile]) -> list[VertexCosts]:
-        """Costs of a tree's vertices with true idle power."""
+        """Costs of a tree's vertices with the source's idle power."""
         rows = self.batch.rows[tree]
-        prior, post = self.batch.idle_prior_w[rows].tolist(), self.batch.idle_post_w[rows].tolist()
+        prior, post = self.source.idle_start_w[rows].tolist(), self.source.idle_end_w[rows].tolist()
         return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
 
     def excess_at_full_speed_j(self, tree: int) -> float:
         """By how much the profiles above exceed the energy of the fastest runs of a tree. [J]"""
-        motions = range(self.batch.rows[tree].start, self.batch.rows[tree].stop)
-        fastest = (self.profiles.profiles[motion].energies_j[0] for motion in motions)
-        pairs = zip(self.pairs(tree), fastest, strict=True)
-        return sum(float(pair.above.energies_j[0] - energy) for pair, energy in pairs)
+        return sum(float(known.above.energies_j[0] - known.fastest_j) for known in self.enclosures(tree))
 
     def bounds_j(self, tree: int) -> Array:
         """Lower bound of the energy at each cycle time, without process steps, shape (R,). [J]"""
-        below = self.costs(tree, [pair.below for pair in self.pairs(tree)])
+        below = self.costs(tree, [known.below for known in self.enclosures(tree)])
         return pareto_curve(self.batch.graphs[tree], below).energy_j(self.times[tree])
 
     def refine(self) -> bool:
@@ -128,25 +127,25 @@ class _Search:
         trees = {tree: self._wanted(tree) for tree in self._open}
         for found in trees.values():
             wanted.update(found)
-        added = self.profiles.add(wanted)
-        for motion in added:
+        refined = self.source.refine_near(wanted)
+        for motion in refined:
             del self._known[motion]
-        self._open = [tree for tree, found in trees.items() if not found.keys().isdisjoint(added)]
+        self._open = [tree for tree, found in trees.items() if not found.keys().isdisjoint(refined)]
         return bool(self._open)
 
     def _wanted(self, tree: int) -> dict[int, Array]:
-        """Durations at which runs are missing, by motion."""
-        pairs, graph, times = self.pairs(tree), self.batch.graphs[tree], self.times[tree]
-        below = pareto_curve(graph, self.costs(tree, [pair.below for pair in pairs]))
-        above = pareto_curve(graph, self.costs(tree, [pair.above for pair in pairs]))
+        """Durations at which more must be known, by motion."""
+        known, graph, times = self.enclosures(tree), self.batch.graphs[tree], self.times[tree]
+        below = pareto_curve(graph, self.costs(tree, [one.below for one in known]))
+        above = pareto_curve(graph, self.costs(tree, [one.above for one in known]))
         bounds, energies = below.energy_j(times), above.energy_j(times)
         loose = (energies - bounds > self.relative_gap * energies) & (times > self.batch.least_cycles_s[tree])
         planned = below.plan_durations_s(times[loose])
-        allowed = self.relative_gap * energies[loose] / len(pairs)
+        allowed = self.relative_gap * energies[loose] / len(known)
         wanted = {}
-        for vertex, pair in enumerate(pairs):
+        for vertex, one in enumerate(known):
             at = planned[:, vertex]
-            missing = at[pair.above.value(at) - pair.below.value(at) > allowed]
+            missing = at[one.above.value(at) - one.below.value(at) > allowed]
             if missing.size:
                 wanted[self.batch.rows[tree].start + vertex] = np.unique(missing)
         return wanted

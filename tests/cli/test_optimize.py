@@ -1,0 +1,132 @@
+"""`robojoule optimize`: what it prints and writes, and what it refuses."""
+
+import json
+
+import pytest
+
+from robojoule.cli import main
+from robojoule.formats.registry import load_program
+from robojoule.programs.program import Program
+
+ROBOT = ["--robot", "kuka_kr16_r2010_2"]
+
+
+def optimized(capsys, *words) -> dict:
+    assert main(["optimize", *map(str, words), *ROBOT, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_written_program_keeps_the_cycle_time(program, tmp_path, capsys):
+    out = tmp_path / "out.yaml"
+    result = optimized(capsys, program, "--cycle-time", "+20%", "--out", out)
+    assert result["cycle_time_s"] == pytest.approx(1.2 * result["least_cycle_time_s"], abs=1e-6)
+    assert result["energy_j"] < result["energy_unoptimized_j"]
+    assert result["energy_given_j"] == pytest.approx(result["energy_unoptimized_j"], rel=1e-9)
+    assert result["saving_percent"] == pytest.approx(result["saving_over_unoptimized_percent"])
+    assert result["saving_percent"] > 5.0
+    assert 0.0 <= result["gap_to_optimum_percent"] <= 0.01
+    assert result["bound_j"] <= result["energy_j"]
+    assert 0.0 < result["peak_torque_ratio"] <= 1.0
+    assert result["peak_power_w"] > result["energy_j"] / result["cycle_time_s"]
+    assert (result["warnings"], result["payload_kg"], result["out"]) == ([], 10.0, str(out))
+    moves = load_program(out).moves
+    assert [move.speed_limit_percent for move in moves] == [move["speed_limit_percent"] for move in result["moves"]]
+
+
+def test_a_share_is_one_of_the_program_as_given(program, tmp_path, capsys):
+    slow = tmp_path / "slow.csv"
+    Program(load_program(program).tree.with_plan({"move-1": 20.0}, waits_after_s={"move-2": 1.0})).save(slow)
+    result = optimized(capsys, slow, "--cycle-time", "+0%")
+    assert result["cycle_time_s"] > result["least_cycle_time_s"] + 0.5
+    assert result["energy_given_j"] != pytest.approx(result["energy_unoptimized_j"], rel=0.01)
+    assert result["saving_percent"] > 5.0
+    assert result["program"] == "slow"
+    assert result["moves"][1]["wait_after_s"] >= 1.0
+
+
+def test_people_read_what_it_saves_against_what(program, tmp_path, capsys):
+    out = tmp_path / "out.csv"
+    assert main(["optimize", str(program), *ROBOT, "--cycle-time", "+20%", "--out", str(out)]) == 0
+    shown = capsys.readouterr().out
+    assert "the program as given: " in shown
+    assert "full speed, then waiting: " in shown
+    assert "% less" in shown
+    assert "warning" not in shown
+    assert f"written to {out}" in shown
+
+
+def test_a_program_that_was_slower_is_warned_of(program, tmp_path, capsys):
+    slow = tmp_path / "slow.yaml"
+    read = load_program(program)
+    Program(read.tree.with_plan({move.name: 10.0 for move in read.moves})).save(slow)
+    assert main(["optimize", str(slow), *ROBOT, "--cycle-time", "2.5"]) == 0
+    shown = capsys.readouterr().out
+    assert "warning: the program as given takes " in shown
+    assert shown.count("warning") == 1
+
+
+def test_the_fastest_cycle_is_no_better_than_its_bound(program, capsys):
+    """Rounding must not put the bound above the energy of the only plan there is."""
+    result = optimized(capsys, program, "--cycle-time", "+0%")
+    assert result["bound_j"] <= result["energy_j"]
+    assert result["gap_to_optimum_percent"] >= 0.0
+    assert result["energy_j"] == pytest.approx(result["energy_unoptimized_j"], rel=1e-6)
+
+
+SECONDS = "allowed: seconds (7.5), or a share above the program's own cycle time (+10%)"
+# further words, message; PROGRAM stands for a good program
+BAD = {
+    "too short": (
+        ["PROGRAM", "--cycle-time", "0.5"],
+        "the cycle time 0.5 s is shorter than the fastest cycle; allowed",
+    ),
+    "text": (
+        ["PROGRAM", "--cycle-time", "fast"],
+        f"--cycle-time: 'fast' is not a valid cycle time; {SECONDS}",
+    ),
+    "negative": (["PROGRAM", "--cycle-time=-3"], "--cycle-time: '-3' is not a valid cycle time; "),
+    "negative share": (["PROGRAM", "--cycle-time=-5%"], "--cycle-time: '-5%' is not a valid cycle time; "),
+    "not finite": (["PROGRAM", "--cycle-time", "nan"], "--cycle-time: 'nan' is not a valid cycle time; "),
+    "no program": (["none.yaml", "--cycle-time", "3"], "none.yaml: there is no such file"),
+    "type of program": (
+        ["PROGRAM.src", "--cycle-time", "3"],
+        "unknown file type '.src'; allowed: .yaml, .yml, .json (",
+    ),
+    "type of output": (
+        ["PROGRAM", "--cycle-time", "3", "--out", "a.txt"],
+        "a.txt: unknown file type '.txt'; allowed: ",
+    ),
+    "payload": (["PROGRAM", "--cycle-time", "3", "--payload", "17"], "a payload of 17 kg is more than kuka_kr16_r20"),
+    "mass": (["PROGRAM", "--cycle-time", "3", "--payload", "-1"], "the payload mass -1.0 is not a mass; allowed: 0 kg"),
+}
+
+
+@pytest.mark.parametrize("words, message", BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_sentence_with_exit_code_2_and_writes_nothing(
+    program, tmp_path, monkeypatch, capsys, words, message
+):
+    monkeypatch.chdir(tmp_path)
+    words = [word.replace("PROGRAM", str(program)) for word in words]
+    assert main(["optimize", *words, *ROBOT, *(["--out", "out.yaml"] if "--out" not in words else [])]) == 2
+    shown = capsys.readouterr()
+    assert message in shown.err
+    assert shown.err.startswith("robojoule optimize: ")
+    assert shown.err.count("\n") == 1
+    assert shown.out == ""
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("q1_deg;q2_deg\n0;0\n", "cycle.csv, line 1: the columns are not separated by commas"),
+        ("q1_deg,q2_deg\n0,0\n1,1\n", "cycle.csv, line 2: the start: 2 joint positions given, but kuka_kr16_r2010_2"),
+        ("q1_deg,q2_deg\n0,0\n1,one\n", "cycle.csv, line 3, column q2_deg: 'one' is not a number"),
+    ],
+    ids=["separators", "joints", "word"],
+)
+def test_a_bad_file_of_joint_positions_says_where(tmp_path, monkeypatch, capsys, text, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cycle.csv").write_text(text)
+    assert main(["optimize", "cycle.csv", *ROBOT, "--cycle-time", "+10%"]) == 2
+    assert message in capsys.readouterr().err

@@ -1,0 +1,93 @@
+"""`robojoule profile`: JSON, drawing, warnings, bad input."""
+
+import json
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from robojoule.cli import main
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload
+
+MOVE = ["--robot", "kuka_kr16_r2010_2", "--from", "0,-90,90,0,0,0", "--to", "60,-60,90,0,30,0"]
+
+
+def test_profile_prints_one_json_object(capsys):
+    assert main(["profile", *MOVE, "--payload", "5", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["payload_kg"] == 5.0
+    assert len(result["duration_s"]) == len(result["energy_j"]) == len(result["speed_limit_percent"])
+    assert result["duration_s"] == sorted(result["duration_s"], reverse=True)
+    assert min(result["energy_j"]) == pytest.approx(
+        result["energy_j"][0] - (result["energy_j"][0] - min(result["energy_j"]))
+    )
+    assert result["optimal_duration_s"] in result["duration_s"]
+
+
+def test_small_arms_carry_their_rated_payload_unless_told(capsys):
+    motion = ["--from", "0,-90,90,0,0,0", "--to", "30,-80,90,0,0,0", "--points", "2", "--json"]
+    assert main(["profile", "--robot", "ur_ur3e", *motion]) == 0
+    assert json.loads(capsys.readouterr().out)["payload_kg"] == 3.0
+
+
+def test_profile_draws_where_the_energy_goes(tmp_path, capsys):
+    plot = tmp_path / "profile.svg"
+    assert main(["profile", *MOVE, "--json", "--plot", str(plot)]) == 0
+    result = json.loads(capsys.readouterr().out)
+    total = np.sum(list(result["parts_j"].values()), axis=0)
+    assert total == pytest.approx(np.array(result["energy_j"]), rel=1e-9)
+    assert plot.read_text().startswith("<?xml")
+
+
+def test_profile_prints_a_table(capsys):
+    assert main(["profile", *MOVE]) == 0
+    assert "optimum" in capsys.readouterr().out
+
+
+def test_profile_warns_of_torques_beyond_the_effort_limits(capsys):
+    """Stretched out with its rated payload, the KR500 cannot even stand; joint 1 turns it, the others rest."""
+    stretched = ["--from", "0,0,0,0,0,0", "--to", "60,0,0,0,0,0", "--points", "2"]
+    robot = load_robot("kuka_kr500_r2800_2", Payload(500.0))
+    gravity = np.abs(pin.computeGeneralizedGravity(robot.model, robot.model.createData(), np.zeros(6)))
+    standing = (gravity / robot.effort_nm).max()
+    assert standing > 1.0
+    beyond = ["profile", "--robot", robot.name, *stretched, "--payload", "500"]
+    assert main([*beyond, "--json"]) == 0
+    ratio = json.loads(capsys.readouterr().out)["peak_torque_ratio"]
+    assert standing * (1.0 - 1e-9) <= ratio <= 1.1 * standing
+    assert main(beyond) == 0
+    warnings = [line for line in capsys.readouterr().out.splitlines() if "effort limit" in line]
+    assert len(warnings) == 1 and f"{100.0 * ratio:.1f} %" in warnings[0]
+
+
+def test_profile_does_not_warn_within_the_effort_limits(capsys):
+    assert main(["profile", *MOVE, "--json"]) == 0
+    assert 0.2 < json.loads(capsys.readouterr().out)["peak_torque_ratio"] <= 1.0
+    assert main(["profile", *MOVE]) == 0
+    assert "effort limit" not in capsys.readouterr().out
+
+
+BAD = {
+    "unknown robot": (["--robot", "kr17", *MOVE[2:]], "unknown robot 'kr17'"),
+    "joint count": ([*MOVE[:3], "0,0", *MOVE[4:]], "--from: 2 joint positions given"),
+    "beyond": ([*MOVE[:3], "0,90,0,0,0,0", *MOVE[4:]], "--from: joint_2 = 1.5708 rad"),
+    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is not a list of joint positions"),
+    "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
+    "payload above the rated one": (
+        [*MOVE, "--payload", "20"],
+        "a payload of 20 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
+    ),
+    "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
+    "plot": ([*MOVE, "--plot", "x.gif"], "--plot: unknown file type '.gif'; allowed: .svg"),
+    "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
+}
+
+
+@pytest.mark.parametrize("arguments, message", BAD.values(), ids=BAD.keys())
+def test_bad_input_ends_with_one_sentence_and_exit_code_2(capsys, arguments, message):
+    assert main(["profile", *arguments]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert message in shown.err
+    assert shown.err.count("\n") == 1
