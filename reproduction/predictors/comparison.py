@@ -3,38 +3,62 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import pyarrow as pa
 
 from reproduction.predictors.evaluation import error_rows, order_rows
-from reproduction.predictors.training import MEASURED
-from reproduction.tables import columns
+from reproduction.predictors.training import MEASURED, Training, predictions
+from reproduction.tables import Row, columns
 from robojoule.arrays import Array
 from robojoule.profile.parameters import TARGETS, steepness
 
-Rows = list[dict[str, object]]
+Rows = list[Row]
 Metrics = dict[str, dict[str, dict[str, float]]]
 """target (or "suitability", "interval") -> model -> figure."""
 
 
-def compare(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, Metrics]:
-    """Errors on the test trees, the order of suitability on test and experiment trees, headline figures of both.
+@dataclass(frozen=True)
+class Comparison:
+    """All predictors side by side.
+
+    Attributes:
+        features: Features of all motions, sorted by motion.
+        trainings: The models of three parameters.
+        predictions: Predictions of held-out motions by all models: `data/predictions.parquet`.
+        errors: Rows of `table_5_1.csv`, on the test trees.
+        order: Rows of `suitability.csv`, on test and experiment trees.
+        metrics: Headline figures.
+    """
+
+    features: pa.Table
+    trainings: Sequence[Training]
+    predictions: pa.Table
+    errors: Rows
+    order: Rows
+    metrics: Metrics
+
+
+def compare(
+    features: pa.Table, trainings: Sequence[Training], profiles: pa.Table, profile_metrics: Metrics
+) -> Comparison:
+    """Let the models predict the held-out motions, and compare them with each other and with the profile predictor.
 
     Args:
-        predictions: Predictions of all models.
         features: Features of all motions, sorted by motion.
-
-    Returns:
-        Rows of `table_5_1.csv`, rows of `suitability.csv`, and the metrics.
+        trainings: The models of three parameters.
+        profiles: What the profile predictor says.
+        profile_metrics: Headline figures that it alone has.
     """
+    tables = [predictions(training, features) for training in trainings]
+    found = pa.concat_tables([*tables, profiles.cast(tables[0].schema)])
     errors: Rows = []
     order: Rows = []
     metrics: Metrics = {name: {} for name in (*TARGETS, "suitability")}
-    for model in dict.fromkeys(predictions["model"].to_pylist()):
-        of_model = predictions.filter(pa.compute.equal(predictions["model"], model))
+    for model in dict.fromkeys(found["model"].to_pylist()):
+        of_model = found.filter(pa.compute.equal(found["model"], model))
         for split in ("test", "experiment"):
             part = of_model.filter(pa.compute.equal(of_model["split"], split))
             if not len(part):
@@ -42,16 +66,16 @@ def compare(predictions: pa.Table, features: pa.Table) -> tuple[Rows, Rows, Metr
             predicted, simulated = columns(part, TARGETS), columns(part, MEASURED)
             fastest = _of_motions(features, part, "duration_fastest_s")
             marks = part["saving_outlier"].to_numpy()
-            found = order_rows(
+            ranks = order_rows(
                 steepness(predicted, fastest), steepness(simulated, fastest), part["tree_id"].to_pylist()
             )
             counts = {"underpredicted": int((marks < 0).sum()), "overpredicted": int((marks > 0).sum())}
-            order += [{"split": split, "model": model} | _rounded(asdict(row)) | counts for row in found]
+            order += [{"split": split, "model": model} | _rounded(asdict(row)) | counts for row in ranks]
             if split == "test":
-                metrics["suitability"][model] = _finite({f"{row.measure}_mean": row.mean for row in found}) | counts
+                metrics["suitability"][model] = _finite({f"{row.measure}_mean": row.mean for row in ranks}) | counts
                 errors += _errors(model, predicted, simulated, metrics)
     errors.sort(key=lambda row: TARGETS.index(str(row["target"])))
-    return errors, order, metrics
+    return Comparison(features, trainings, found, errors, order, metrics | profile_metrics)
 
 
 def _errors(model: str, predicted: Array, simulated: Array, metrics: Metrics) -> Rows:

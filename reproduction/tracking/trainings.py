@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from reproduction.config import Params
 from reproduction.layout import Layout
-from reproduction.predictors.comparison import Metrics
+from reproduction.predictors.comparison import Comparison
 from reproduction.predictors.evaluation import beats_mean
 from reproduction.predictors.training import MEASURED, Training
 from reproduction.tables import columns
@@ -27,23 +27,13 @@ CHECKED_ROWS = 200
 TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
 
 
-def record_trainings(
-    params: Params,
-    layout: Layout,
-    trainings: Sequence[Training],
-    features: pa.Table,
-    predictions: pa.Table,
-    metrics: Metrics,
-) -> Iterator[str]:
+def record_trainings(params: Params, layout: Layout, found: Comparison) -> Iterator[str]:
     """Record the trainings of all predictors; register each, read it back and judge it on held-out motions.
 
     Args:
         params: Parameters of the pipeline.
         layout: Folder of the project.
-        trainings: The models of three parameters; the profile predictor is read from its files.
-        features: Features of all motions.
-        predictions: Predictions of held-out motions by all models.
-        metrics: target -> model -> figure.
+        found: The models of three parameters and how they compare; the profile predictor is read from its files.
 
     Yields:
         A line of text for each training.
@@ -52,30 +42,22 @@ def record_trainings(
         RobojouleError: A model that was read back is another one.
     """
     mlflow = connect(layout)
-    test = predictions.filter(pa.compute.equal(predictions["split"], "test"))
-    baseline = columns(features.filter(pa.compute.equal(features["split"], "train")), TARGETS)
-    for training in trainings:
-        number = _record(mlflow, params, layout, training, features, predictions, metrics)
+    test = found.predictions.filter(pa.compute.equal(found.predictions["split"], "test"))
+    baseline = columns(found.features.filter(pa.compute.equal(found.features["split"], "train")), TARGETS)
+    for training in found.trainings:
+        number = _record(mlflow, params, layout, training, found)
         mine = test.filter(pa.compute.equal(test["model"], training.model))
         champion = beats_mean(columns(mine, TARGETS), columns(mine, MEASURED), baseline)
         _judge(mlflow, f"{EXPERIMENT}_{training.model}", number, champion)
         yield f"{training.model}, recorded in MLflow"
-    yield record_profile_predictor(mlflow, params, layout, test, baseline, metrics)
+    yield record_profile_predictor(mlflow, params, layout, test, baseline, found.metrics)
 
 
-def _record(
-    mlflow: Any,
-    params: Params,
-    layout: Layout,
-    training: Training,
-    features: pa.Table,
-    predictions: pa.Table,
-    metrics: Metrics,
-) -> str:
+def _record(mlflow: Any, params: Params, layout: Layout, training: Training, found: Comparison) -> str:
     """Record one training; returns the version under which its model is registered."""
     model, estimator, names = training.model, training.estimator, list(training.predictor.inputs)
-    splits = np.array(features["split"].to_pylist())
-    frame = features.filter(pa.array(splits == "test")).select(names).to_pandas()
+    splits = np.array(found.features["split"].to_pylist())
+    frame = found.features.filter(pa.array(splits == "test")).select(names).to_pandas()
     expected = estimator.predict(frame)
     settings = params.train_predictors
     with mlflow.start_run(run_name=model, tags=tags(layout, settings, "train_predictors") | {"model": model}):
@@ -84,10 +66,10 @@ def _record(
             | {"training_motions": int((splits == "train").sum()), "test_motions": len(frame)}
             | getattr(settings, model).model_dump(mode="json")
         )
-        mlflow.log_metrics(figures_of(model, metrics) | {"fit_s": training.fit_s})
+        mlflow.log_metrics(figures_of(model, found.metrics) | {"fit_s": training.fit_s})
         for table in ("table_5_1", "suitability"):
             mlflow.log_artifact(str(layout.tables_dir / f"{table}.csv"), "tables")
-        for name, figure in figures(layout.runs, model, predictions, features):
+        for name, figure in figures(layout.runs, model, found.predictions, found.features):
             mlflow.log_figure(figure, f"figures/{name}.png")
         logged = mlflow.sklearn.log_model(
             estimator,

@@ -52,7 +52,7 @@ def test_a_bad_column_is_named(tmp_path, column, fault, message):
 def test_numbers_are_finite(tmp_path, value):
     path = tmp_path / "runs.parquet"
     pq.write_table(pa.table(GOOD | {"energy_j": [1.0, value, value]}), path)
-    with pytest.raises(InputError, match=r"runs\.parquet, energy_j: 2 rows are empty or no finite number"):
+    with pytest.raises(InputError, match=r"runs\.parquet, energy_j: 2 rows are empty or not finite numbers"):
         read(path)
 
 
