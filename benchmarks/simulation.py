@@ -23,10 +23,10 @@ from threadpoolctl import threadpool_limits
 from robojoule.arrays import Array
 from robojoule.motion.dynamics import inverse_dynamics, path_torques
 from robojoule.motion.quadrature import RunQuadrature
-from robojoule.motion.recursion import path_points
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.drives import mains_power_w
+from robojoule.robots.recursion import path_points
 from robojoule.robots.robot import Payload, Robot
 
 SPEED_LIMITS = np.arange(1, 11) / 10.0
@@ -89,7 +89,7 @@ class CoarsePaths(MotionPaths):
 
     def __init__(self, paths: MotionPaths, count: int) -> None:
         super().__init__(paths.robot, paths.start_rad, paths.start_rad + paths.delta_rad)
-        self.torques = path_torques(self.robot, self.start_rad, self.delta_rad, count)
+        self.torques = path_torques(self.robot, self.path, count)
 
     def _quadrature(self, path_nodes: int) -> RunQuadrature:
         return super()._quadrature(21)
@@ -108,12 +108,12 @@ def fewest_nodes(paths: MotionPaths) -> int:
 def parallel_calls(robot: Robot, q: Array) -> None:
     """Three inverse-dynamics calls a path point (n, N) by Pinocchio."""
     for _ in range(3):
-        inverse_dynamics(robot, q.T, q.T, q.T)
+        inverse_dynamics(robot, q.T, q.T, q.T, engine="pinocchio")
 
 
 def recursion_calls(robot: Robot, q: Array) -> None:
     """The same by the recursion along paths."""
-    path_points(robot.model, q, q)
+    path_points(robot.mechanism, q, q)
 
 
 def trajectory_calls(joints: int, motions: int) -> None:

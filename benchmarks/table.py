@@ -48,7 +48,7 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
         "max_energy_deviation",
         "largest deviation of an energy from samples at 4 kHz",
         "at most 0.001",
-        "plain way from robojoule: {max_plain_energy_deviation}; durations: {max_duration_deviation_s} s (target: 1e-9)",
+        "plain way: {max_plain_energy_deviation}; durations: {max_duration_deviation_s} s (target: 1e-9)",
     ),
     (
         "series",

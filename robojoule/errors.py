@@ -43,12 +43,13 @@ class MissingPackage(InputError):
     Args:
         purpose: What needs it.
         package: Name of the package.
-        extra: Extra of robojoule that brings it.
+        extra: Extra of robojoule that brings it; None: the package comes with robojoule where there are wheels of it.
     """
 
-    def __init__(self, purpose: str, package: str, extra: str) -> None:
+    def __init__(self, purpose: str, package: str, extra: str | None = None) -> None:
         self.package = package
-        super().__init__(f"{purpose} needs {package}, which is not installed: pip install 'robojoule[{extra}]'")
+        mend = f": pip install 'robojoule[{extra}]'" if extra else " or cannot be loaded here"
+        super().__init__(f"{purpose} needs {package}, which is not installed{mend}")
 
 
 def require_package(package: str, extra: str, purpose: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import mlflow
@@ -20,8 +19,7 @@ class ProfileModel(mlflow.pyfunc.PythonModel):
 
     def load_context(self, context: Any) -> None:
         """Read the predictor that was logged."""
-        files = {suffix: Path(path) for suffix, path in context.artifacts.items()}
-        self.predictor = load_profile_predictor(files["npz"].with_suffix(""))
+        self.predictor = load_profile_predictor(context.artifacts["predictor"])
 
     # No type hint on the input: MLflow would take it for a schema, which the logged signature already is.
     def predict(self, context: Any, model_input, params: dict[str, Any] | None = None) -> pd.DataFrame:  # type: ignore

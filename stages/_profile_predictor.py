@@ -11,16 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from threadpoolctl import threadpool_limits
 
 from reproduction.config import Params
 from reproduction.predictors.gate import passes_gate
-from reproduction.predictors.measurements import MeasuredTable, read_measurements
+from reproduction.predictors.profile_fit import fit_profile_predictor
 from reproduction.predictors.profile_parameters import TARGETS
+from reproduction.predictors.simulated_runs import SimulatedMotions, read_simulated_motions
 from reproduction.tracking import store as _tracking
+from robojoule.calibration.run_model import ObservedRuns
 from robojoule.errors import RobojouleError
 from robojoule.profile.parameters import profile_parameters
-from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
-from robojoule.profile.predictor_file import export_profile_predictor, load_profile_predictor
+from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
+from robojoule.profile.predictor_file import load_profile_predictor, save_profile_predictor
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 from stages.layout import Layout
@@ -31,6 +34,7 @@ HELD_OUT = ("test", "experiment")
 TRAINING_TREES = 60  # spread over the training trees: more change nothing
 RUNS_PER_MOTION = 3
 MODEL_CODE = Path(__file__).with_name("_profile_model.py")
+FOLDER = "profile_predictor"  # below `models/`
 
 
 @dataclass(frozen=True)
@@ -39,8 +43,8 @@ class ProfileTraining:
 
     Attributes:
         predictor: The predictor.
-        predictions: Predicted and measured parameters of held-out motions, one row each, as those of other models.
-        training: Measured parameters of the training motions, shape (K, 3).
+        predictions: Predicted and simulated parameters of held-out motions, one row each, as those of other models.
+        training: Simulated parameters of the training motions, shape (K, 3).
         interval: `coverage_percent`, share of the test runs inside the prediction interval; `half_width_percent`,
             median of half its width over the energy. [%]
         fit_s: Time of the fit, for the record only. [s]
@@ -55,10 +59,10 @@ class ProfileTraining:
     def passes(self, rivals: Sequence[np.ndarray] = ()) -> bool:
         """Whether it passes the gate on the test trees; rivals are predictions of the same motions."""
         test = self.predictions.filter(pa.compute.equal(self.predictions["split"], "test"))
-        predicted, measured = (
+        predicted, simulated = (
             np.column_stack([test[f"{target}{end}"].to_numpy() for target in TARGETS]) for end in ("", "_measured")
         )
-        return passes_gate(predicted, measured, self.training, rivals)
+        return passes_gate(predicted, simulated, self.training, rivals)
 
 
 def robot_of(params: Params) -> Robot:
@@ -66,36 +70,37 @@ def robot_of(params: Params) -> Robot:
     return load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
 
 
-def read_measured(params: Params, layout: Layout) -> dict[str, MeasuredTable]:
-    """Measured motions by split: those of some training trees, and all of `HELD_OUT`."""
+def read_simulated(params: Params, layout: Layout) -> dict[str, SimulatedMotions]:
+    """Simulated motions by split: those of some training trees, and all of `HELD_OUT`."""
     robot = robot_of(params)
     most_trees = {"train": TRAINING_TREES}
     return {
-        split: read_measurements(robot, layout.motions, layout.runs, split, most_trees.get(split))
+        split: read_simulated_motions(robot, layout.motions, layout.runs, split, most_trees.get(split))
         for split in ("train", *HELD_OUT)
     }
 
 
-def train_profile_predictor(layout: Layout, measured: Mapping[str, MeasuredTable]) -> ProfileTraining:
+def train_profile_predictor(layout: Layout, simulated: Mapping[str, SimulatedMotions]) -> ProfileTraining:
     """Fit to training trees, write `models/profile_predictor`, read it back and predict the held-out motions."""
-    train = measured["train"].measurements
+    train = simulated["train"].runs
     start = time.perf_counter()
     fitted = fit_profile_predictor(train.paths.robot, [train.thinned(RUNS_PER_MOTION)])
     fit_s = time.perf_counter() - start
-    export_profile_predictor(fitted, layout.models_dir / "profile_predictor")
-    predictor = load_profile_predictor(layout.models_dir / "profile_predictor")
-    predicted = {
-        split: predictor.predict(measured[split].measurements.paths, measured[split].measurements.speed_limits)
-        for split in HELD_OUT
-    }
-    tables = [_predictions(predicted[split], measured[split], split) for split in HELD_OUT]
+    save_profile_predictor(fitted, layout.models_dir / FOLDER)
+    predictor = load_profile_predictor(layout.models_dir / FOLDER)
+    with threadpool_limits(1):  # sums of a matrix product depend on the number of threads
+        predicted = {
+            split: predictor.predict(simulated[split].runs.paths, simulated[split].runs.speed_limits)
+            for split in HELD_OUT
+        }
+    tables = [_predictions(predicted[split], simulated[split], split) for split in HELD_OUT]
     predictions = pa.concat_tables(tables).sort_by("motion_id")
-    interval = _interval(predicted["test"], measured["test"].measurements)
-    return ProfileTraining(predictor, predictions, _parameters(measured["train"]), interval, fit_s)
+    interval = _interval(predicted["test"], simulated["test"].runs)
+    return ProfileTraining(predictor, predictions, _parameters(simulated["train"]), interval, fit_s)
 
 
-def _interval(predicted: PredictedProfiles, measured: Measurements) -> dict[str, float]:
-    moving, energy = measured.paths.moving, measured.energy_j
+def _interval(predicted: PredictedProfiles, simulated: ObservedRuns) -> dict[str, float]:
+    moving, energy = simulated.paths.moving, simulated.energy_j
     inside = (energy >= predicted.lower_j) & (energy <= predicted.upper_j)
     width = (predicted.upper_j - predicted.lower_j)[moving] / 2.0 / energy[moving]
     return {
@@ -104,21 +109,21 @@ def _interval(predicted: PredictedProfiles, measured: Measurements) -> dict[str,
     }
 
 
-def _parameters(table: MeasuredTable) -> np.ndarray:
-    measured = table.measurements
-    return profile_parameters(measured.paths.durations(measured.speed_limits), measured.energy_j)
+def _parameters(motions: SimulatedMotions) -> np.ndarray:
+    runs = motions.runs
+    return profile_parameters(runs.paths.durations(runs.speed_limits), runs.energy_j)
 
 
-def _predictions(predicted: PredictedProfiles, table: MeasuredTable, split: str) -> pa.Table:
-    ours, measured = profile_parameters(predicted.duration_s, predicted.energy_j), _parameters(table)
+def _predictions(predicted: PredictedProfiles, motions: SimulatedMotions, split: str) -> pa.Table:
+    found, simulated = profile_parameters(predicted.duration_s, predicted.energy_j), _parameters(motions)
     columns: dict[str, object] = {
-        "motion_id": pa.array(table.motion_id, pa.int32()),
-        "tree_id": list(table.tree_id),
-        "split": [split] * len(table.motion_id),
-        "model": [MODEL] * len(table.motion_id),
+        "motion_id": pa.array(motions.motion_id, pa.int32()),
+        "tree_id": list(motions.tree_id),
+        "split": [split] * len(motions.motion_id),
+        "model": [MODEL] * len(motions.motion_id),
     }
-    columns |= {target: ours[:, place] for place, target in enumerate(TARGETS)}
-    columns |= {f"{target}_measured": measured[:, place] for place, target in enumerate(TARGETS)}
+    columns |= {target: found[:, place] for place, target in enumerate(TARGETS)}
+    columns |= {f"{target}_measured": simulated[:, place] for place, target in enumerate(TARGETS)}
     return pa.table(columns)
 
 
@@ -144,21 +149,20 @@ def record_profile_predictor(
     """
     mlflow = recorder.mlflow
     passed = training.passes(rivals)
-    files = {suffix: str(recorder.layout.models_dir / f"profile_predictor.{suffix}") for suffix in ("json", "npz")}
+    folder = str(recorder.layout.models_dir / FOLDER)
     tags = recorder.tags | {"model": MODEL, "passes_gate": str(passed).lower()}
     with mlflow.start_run(run_name=MODEL, tags=tags), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # advice on type hints and examples; the signature is given
         mlflow.log_params({"model": MODEL, "training_trees": TRAINING_TREES, "runs_per_motion": RUNS_PER_MOTION})
         mlflow.log_metrics(_tracking.figures_of(MODEL, metrics) | {"fit_s": training.fit_s})
         if not passed:
-            for file in files.values():
-                mlflow.log_artifact(file, "rejected")
+            mlflow.log_artifacts(folder, "rejected")
             return False
         logged = mlflow.pyfunc.log_model(
             name=MODEL,
             python_model=str(MODEL_CODE),
-            artifacts=files,
-            signature=_signature(len(training.predictor.nominal["gear_ratio"])),
+            artifacts={"predictor": folder},
+            signature=_signature(len(training.predictor.nominal.gear_ratio)),
             pip_requirements=[f"{package}=={version(package)}" for package in ("numpy", "pandas", "pin", "ruckig")],
             registered_model_name=REGISTERED,
         )

@@ -34,16 +34,17 @@ TABLE_6_3 = (150.0, 175.0, 200.0)
 def evaluate_plans(params: Params, layout: Layout) -> None:
     """Write data/plans.parquet, Tables 6.1-6.3, the sensitivity to the payload, claims and metrics."""
     settings = params.evaluate_plans
-    data = read_experiment(
-        _robot(params, params.robot.payload_kg),
-        trees=layout.trees,
-        trees_dir=layout.trees_dir,
-        motions=layout.motions,
-        runs=layout.runs,
-        samples_dir=layout.samples_dir,
-        predictions=layout.predictions,
-        profile_predictor=layout.models_dir / "profile_predictor",
-    )
+    with threadpool_limits(1):  # sums of a matrix product depend on the number of threads
+        data = read_experiment(
+            _robot(params, params.robot.payload_kg),
+            trees=layout.trees,
+            trees_dir=layout.trees_dir,
+            motions=layout.motions,
+            runs=layout.runs,
+            samples_dir=layout.samples_dir,
+            predictions=layout.predictions,
+            profile_predictor=layout.models_dir / "profile_predictor",
+        )
     others = [payload for payload in settings.payload_sensitivity_kg if payload != params.robot.payload_kg]
     # Spawned, not forked: a copy of a process with threads may hang. The second processor takes the other payloads.
     with threadpool_limits(1), ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:

@@ -20,8 +20,9 @@ import pyarrow.parquet as pq
 from reproduction.claims import predictors as claims
 from reproduction.config import Params, TrainPredictorsParams
 from reproduction.predictors import evaluation
-from reproduction.predictors.archive import export, portable
+from reproduction.predictors.conversion import to_arrays
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
+from reproduction.predictors.predictor_file import save_predictor
 from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names, steepness
 from reproduction.tables import columns, read_table
 from reproduction.tracking import store as _tracking
@@ -32,7 +33,7 @@ from stages._profile_predictor import (
     HELD_OUT,
     MODEL,
     ProfileTraining,
-    read_measured,
+    read_simulated,
     record_profile_predictor,
     robot_of,
     train_profile_predictor,
@@ -89,8 +90,8 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
     training, held_out = splits == "train", splits != "train"
     if not training.any() or not (splits == "test").any():
         raise InputError("there are no training or no test motions", file=layout.features, key="split")
-    measured = read_measured(params, layout)
-    judged = np.sort(np.concatenate([measured[split].motion_id for split in HELD_OUT]))
+    simulated = read_simulated(params, layout)
+    judged = np.sort(np.concatenate([simulated[split].motion_id for split in HELD_OUT]))
     if not np.array_equal(features["motion_id"].to_numpy()[held_out], judged):
         raise InputError("the held-out motions are not those of the features", file=layout.motions, key="motion_id")
     frame = features.filter(pa.array(training)).select(names).to_pandas()
@@ -99,13 +100,13 @@ def fit_models(params: Params, layout: Layout, features: pa.Table) -> tuple[list
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         network = pool.submit(_fit, "neural_network", params.train_predictors, frame, targets[training])
         forest = _fit("random_forest", params.train_predictors, frame, targets[training])
-        profiles = train_profile_predictor(layout, measured)
+        profiles = train_profile_predictor(layout, simulated)
         trainings = [forest, network.result()]
 
     tables = []
     for one in trainings:
-        arrays = portable(one.estimator, one.model, names, TARGETS)
-        export(arrays, layout.models_dir / one.model)
+        arrays = to_arrays(one.estimator, one.model, names, TARGETS)
+        save_predictor(arrays, layout.models_dir / one.model)
         tables.append(_predictions(features.filter(pa.array(held_out)), one.model, arrays.predict(inputs[held_out])))
     tables.append(_with_outliers(profiles.predictions).cast(tables[0].schema))
     predictions = pa.concat_tables(tables)

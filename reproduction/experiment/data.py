@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.experiment.experiment import Beliefs
-from reproduction.predictors.measurements import read_runs
 from reproduction.predictors.profile_parameters import TARGETS
+from reproduction.predictors.simulated_runs import read_runs
 from reproduction.tables import columns, read_table
 from robojoule.arrays import Array
 from robojoule.errors import InputError
@@ -89,10 +89,8 @@ def read_experiment(
     if of_motions.shape != of_trees.shape or not np.allclose(of_motions, of_trees, rtol=0.0, atol=1e-9):
         raise InputError("the motions are not those of the operation-tree files", file=motions)
     saving, optimal_duration, penalty = _predictions(predictions, ids).T
-    if not profile_predictor.with_suffix(".json").exists():
-        raise InputError(
-            "the file is missing; run the stage train_predictors first", file=profile_predictor.with_suffix(".json")
-        )
+    if not profile_predictor.exists():
+        raise InputError("the folder is missing; run the stage train_predictors first", file=profile_predictor)
     predictor = load_profile_predictor(profile_predictor)
     beliefs = Beliefs(
         run_speed_limits=speeds,

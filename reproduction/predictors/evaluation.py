@@ -20,10 +20,10 @@ class ErrorRow:
 
     Attributes:
         target: One of `TARGETS`.
-        error: `abs` (in the target's unit) or `rel_percent` (of the measured value).
+        error: `abs` (in the target's unit) or `rel_percent` (of the simulated value).
         p25, p50, p75, max, mean: Quantiles and mean of the error.
         motions: Motions behind them.
-        zeros_left_out: Motions left out of the relative error because their measured value is zero.
+        zeros_left_out: Motions left out of the relative error because their simulated value is zero.
     """
 
     target: str
@@ -37,18 +37,18 @@ class ErrorRow:
     zeros_left_out: int
 
 
-def error_rows(predicted: Array, measured: Array) -> list[ErrorRow]:
+def error_rows(predicted: Array, simulated: Array) -> list[ErrorRow]:
     """Absolute and relative errors of every target.
 
     Args:
         predicted: Columns in the order of `TARGETS`, shape (N, 3), N > 0.
-        measured: The same, measured.
+        simulated: The same, simulated.
     """
     rows = []
     for place, target in enumerate(TARGETS):
-        absolute = np.abs(predicted[:, place] - measured[:, place])
-        counted = measured[:, place] != 0
-        relative = 100.0 * absolute[counted] / np.abs(measured[counted, place])
+        absolute = np.abs(predicted[:, place] - simulated[:, place])
+        counted = simulated[:, place] != 0
+        relative = 100.0 * absolute[counted] / np.abs(simulated[counted, place])
         rows.append(_row(target, "abs", absolute, 0))
         rows.append(_row(target, "rel_percent", relative, int((~counted).sum())))
     return rows
@@ -64,11 +64,11 @@ def _row(target: str, error: str, values: Array, left_out: int) -> ErrorRow:
 
 @dataclass(frozen=True)
 class OrderRow:
-    """How well the predicted order of suitability follows the measured one, over trees.
+    """How well the predicted order of suitability follows the simulated one, over trees.
 
     Attributes:
-        measure: `spearman` or `kendall` (tau-b) correlation of predicted with measured steepness within a tree.
-        trees: Trees behind it; a tree in which all measured or all predicted steepnesses are equal has no order.
+        measure: `spearman` or `kendall` (tau-b) correlation of predicted with simulated steepness within a tree.
+        trees: Trees behind it; a tree in which all simulated or all predicted steepnesses are equal has no order.
         mean, min, p25, p50, p75: Mean, least and quartiles over the trees.
     """
 
@@ -81,12 +81,12 @@ class OrderRow:
     p75: float
 
 
-def order_rows(predicted: Array, measured: Array, tree_ids: Sequence[str]) -> list[OrderRow]:
-    """Rank correlations of predicted with measured steepness within every tree.
+def order_rows(predicted: Array, simulated: Array, tree_ids: Sequence[str]) -> list[OrderRow]:
+    """Rank correlations of predicted with simulated steepness within every tree.
 
     Args:
         predicted: Predicted steepness, shape (N,). [J/s]
-        measured: Measured steepness, shape (N,). [J/s]
+        simulated: Simulated steepness, shape (N,). [J/s]
         tree_ids: Tree of every motion, N of them.
     """
     from scipy import stats
@@ -94,7 +94,7 @@ def order_rows(predicted: Array, measured: Array, tree_ids: Sequence[str]) -> li
     trees, place = np.unique(np.asarray(tree_ids), return_inverse=True)
     values: dict[str, list[float]] = {"spearman": [], "kendall": []}
     for tree in range(len(trees)):
-        ours, truth = predicted[place == tree], measured[place == tree]
+        ours, truth = predicted[place == tree], simulated[place == tree]
         if np.ptp(ours) == 0 or np.ptp(truth) == 0:
             continue
         values["spearman"].append(float(stats.spearmanr(ours, truth).statistic))
@@ -110,20 +110,20 @@ def order_rows(predicted: Array, measured: Array, tree_ids: Sequence[str]) -> li
     return rows
 
 
-def outliers(predicted: Array, measured: Array) -> NDArray[np.int8]:
+def outliers(predicted: Array, simulated: Array) -> NDArray[np.int8]:
     """Mark the energy savings that are far off (Figure 5.1).
 
-    The residual, predicted minus measured, is an outlier outside Tukey's fences: more than 1.5 interquartile ranges
+    The residual, predicted minus simulated, is an outlier outside Tukey's fences: more than 1.5 interquartile ranges
     below its lower or above its upper quartile.
 
     Args:
         predicted: Predicted energy saving, shape (N,), N > 0. [J]
-        measured: Measured energy saving, shape (N,). [J]
+        simulated: Simulated energy saving, shape (N,). [J]
 
     Returns:
         -1 underpredicted (a good motion taken for a bad one), 1 overpredicted, 0 neither; shape (N,).
     """
-    residual = predicted - measured
+    residual = predicted - simulated
     lower, upper = np.quantile(residual, [0.25, 0.75])
     fence = 1.5 * (upper - lower)
     marks = np.zeros(len(residual), dtype=np.int8)
@@ -132,14 +132,14 @@ def outliers(predicted: Array, measured: Array) -> NDArray[np.int8]:
     return marks
 
 
-def beats_mean(predicted: Array, measured: Array, training: Array) -> bool:
+def beats_mean(predicted: Array, simulated: Array, training: Array) -> bool:
     """Whether the predictions of every target have a smaller mean error than the training data's mean.
 
     Args:
         predicted: Predictions of held-out motions, shape (N, 3).
-        measured: Their measured values, shape (N, 3).
-        training: Measured values of the training motions, shape (K, 3).
+        simulated: Their simulated values, shape (N, 3).
+        training: Simulated values of the training motions, shape (K, 3).
     """
-    ours = np.abs(predicted - measured).mean(axis=0)
-    baseline = np.abs(training.mean(axis=0) - measured).mean(axis=0)
+    ours = np.abs(predicted - simulated).mean(axis=0)
+    baseline = np.abs(training.mean(axis=0) - simulated).mean(axis=0)
     return bool((ours < baseline).all())

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from reproduction.reference_robot.check import PUBLISHED_FIGURES
 from reproduction.reference_robot.figures import energy_model_figures, example_deviations, inside, tree_powers_w
 from reproduction.trees.generate import generate_configurations
 from robojoule.arrays import Array, Index
+from robojoule.calibration.parameters import ParameterGroup, ParameterVector, Transform, share_of_range
 from robojoule.documents import Document, load, write_document
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import catalog_path, load_robot
@@ -30,7 +32,13 @@ from robojoule.robots.scaling import JointNumbers
 
 FOLDER = Path(__file__).parent
 SPEED_LIMITS = np.arange(1, 11) / 10.0
-JOINT_FIGURES = ("rotor_inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2")
+# Figures of the drives that the dimensionless numbers of the parameters' names make.
+JOINT_NUMBERS = {
+    "spin_up": "rotor_inertia_kg_m2",
+    "coulomb_share": "coulomb_nm",
+    "viscous_share": "viscous_nm_s_per_rad",
+    "copper_share": "copper_w_per_nm2",
+}
 SHARED_FIGURES = ("filter_time_s", "inverter_efficiency", "drive_active_power_w")
 MAIN_JOINTS = 3
 TAIL = 0.025  # quantile of the figures of sets of trees, at either side
@@ -53,16 +61,10 @@ class Parameter(Document):
     prior: float
     reason: str
 
-    def value(self, share: float) -> float:
-        """Value at a share of the range."""
-        low, high = self.range
-        return float(low * (high / low) ** share if low > 0.0 else low + share * (high - low))
-
     @property
-    def prior_share(self) -> float:
-        """Share of the range at which the prior lies."""
-        low, high = self.range
-        return float(np.log(self.prior / low) / np.log(high / low) if low > 0.0 else (self.prior - low) / (high - low))
+    def transform(self) -> Transform:
+        """Value from the share of the range."""
+        return share_of_range(*self.range)
 
 
 class Trees(Document):
@@ -124,24 +126,46 @@ def fit_trees(setup: FitSetup, robot: Robot) -> tuple[Array, Array, Index]:
     return start, end, np.repeat(np.arange(trees.count), 2 * trees.points)
 
 
-def set_drives(robot: Robot, setup: FitSetup, values: dict[str, float]) -> None:
-    """Give the robot the drives of a parameter vector; base power closes idle at HOME on its published value."""
+def fit_parameters(setup: FitSetup, robot: Robot) -> ParameterVector:
+    """The fit's parameters as shares of their ranges, starting from the priors.
 
-    def by_joint(stem: str, unit: str = "") -> Array:
-        wrist = robot.joint_count - MAIN_JOINTS
-        return np.array([values[f"{stem}_main{unit}"]] * MAIN_JOINTS + [values[f"{stem}_wrist{unit}"]] * wrist)
-
-    motor_speed = np.asarray(setup.gear_ratio) * robot.velocity_rad_s
-    numbers = JointNumbers(
-        motor_speed_rad_s=motor_speed,
-        coulomb_share=by_joint("coulomb_share"),
-        viscous_share=by_joint("viscous_share"),
-        spin_up_s=by_joint("spin_up", "_s"),
-        copper_w_per_nm=by_joint("copper_share") * motor_speed,
+    Those of friction, copper and rotors are dimensionless (`robojoule.robots.scaling.JointNumbers`), one for the main
+    joints and one for the wrist.
+    """
+    effort, velocity = robot.effort_nm, robot.velocity_rad_s
+    motor_speed, ones = np.asarray(setup.gear_ratio) * velocity, np.ones(robot.joint_count)
+    units = JointNumbers(motor_speed, ones, ones, ones, motor_speed).drives(effort, velocity)
+    nominal = dataclasses.replace(
+        robot.drives,
+        **setup.fixed,  # type: ignore[arg-type]
+        gear_ratio=units["gear_ratio"],
+        base_power_w=0.0,
     )
-    joints = numbers.drives(robot.effort_nm, robot.velocity_rad_s)
-    shared = {name: values[name] for name in SHARED_FIGURES} | setup.fixed
-    robot.drives = dataclasses.replace(robot.drives, **joints, **shared, base_power_w=0.0)  # type: ignore[arg-type]
+    joints = {"main": range(MAIN_JOINTS), "wrist": range(MAIN_JOINTS, robot.joint_count)}
+    groups = []
+    for name, parameter in setup.parameters.items():
+        stem, _, part = name.removesuffix("_s").rpartition("_")
+        figure = JOINT_NUMBERS.get(stem, name)
+        of = tuple(joints[part]) if stem in JOINT_NUMBERS else None
+        groups.append(
+            ParameterGroup(
+                name=name,
+                figure=figure,
+                transform=parameter.transform,
+                unit=np.ones(()) if of is None else units[figure][list(of)],
+                joints=of,
+                start=np.atleast_1d(parameter.transform.inverse(np.array(parameter.prior))),
+                scale=np.ones(1),
+                lower=np.zeros(1),
+                upper=np.ones(1),
+            )
+        )
+    return ParameterVector(nominal, tuple(groups))
+
+
+def set_drives(robot: Robot, setup: FitSetup, values: Mapping[str, ArrayLike]) -> None:
+    """Give the robot the drives of parameter values; base power closes idle at HOME on its published value."""
+    robot.drives = fit_parameters(setup, robot).drives_of(values)
     low, high = BOUNDS["idle_power_home_w"]
     base = (low + high) / 2.0 - idle_power_home_w(robot)
     robot.drives = dataclasses.replace(robot.drives, base_power_w=base)
@@ -191,7 +215,7 @@ def misses(robot: Robot, motions: tuple[Array, Array, Index], setup: FitSetup) -
     return figures, np.concatenate(outside)
 
 
-def fit(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], list[float]]:
+def fitted_values(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], list[float]]:
     """Search the parameter values that miss the targets least, nearest to the priors where the targets leave room.
 
     Shares of motions and extremes over trees are not smooth, so the search is differential evolution. It starts
@@ -205,12 +229,11 @@ def fit(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], l
 
     robot = load_robot(setup.robot, Payload(setup.payload_kg))
     motions = fit_trees(setup, robot)
-    settings, parameters = setup.optimiser, setup.parameters
-    prior = np.array([parameter.prior_share for parameter in parameters.values()])
+    settings, vector = setup.optimiser, fit_parameters(setup, robot)
+    prior = vector.start
 
     def values_at(shares: Array) -> dict[str, float]:
-        pairs = zip(parameters.items(), shares, strict=True)
-        return {name: float(f"{parameter.value(share):.4g}") for (name, parameter), share in pairs}
+        return {name: float(f"{value.item():.4g}") for name, value in vector.values(shares).items()}
 
     def cost(shares: Array) -> float:
         set_drives(robot, setup, values_at(shares))
@@ -226,7 +249,7 @@ def fit(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str, float], l
     report(f"{len(first)} first points", costs.min())
     found = differential_evolution(
         cost,
-        [(0.0, 1.0)] * len(prior),
+        list(zip(vector.lower, vector.upper, strict=True)),
         init=first[np.argsort(costs, kind="stable")[: settings.population]],
         maxiter=settings.generations,
         recombination=0.8,
@@ -244,7 +267,7 @@ def drives_document(robot: Robot) -> dict[str, object]:
     joints = {
         name: {
             "gear_ratio": float(drives.gear_ratio[j]),
-            **{figure: float(f"{getattr(drives, figure)[j]:.6g}") for figure in JOINT_FIGURES},
+            **{figure: float(f"{getattr(drives, figure)[j]:.6g}") for figure in JOINT_NUMBERS.values()},
         }
         for j, name in enumerate(robot.joint_names)
     }
@@ -259,7 +282,7 @@ def drives_document(robot: Robot) -> dict[str, object]:
 def main() -> None:
     """Fit, write the catalog entry's drives and the fit's residuals."""
     setup = fit_setup()
-    values, costs = fit(setup, progress=True)
+    values, costs = fitted_values(setup, progress=True)
     robot = load_robot(setup.robot, Payload(setup.payload_kg))
     set_drives(robot, setup, values)
     path = catalog_path(setup.robot)

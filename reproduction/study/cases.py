@@ -12,8 +12,8 @@ from reproduction.study.config import StudyMotionsParams
 from reproduction.study.plant import Plant, PlantPaths
 from reproduction.trees.generate import generate_configurations
 from robojoule.arrays import Array
+from robojoule.calibration.run_model import ObservedRuns
 from robojoule.planning.batch import TreeBatch
-from robojoule.profile.predicted import Measurements
 from robojoule.programs.operation_tree import OperationTree, tree_from_configurations
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Robot
@@ -80,7 +80,7 @@ def measure(
     *,
     first_tree: int = 0,
     runs_per_motion: int | None = None,
-) -> Measurements:
+) -> ObservedRuns:
     """Measured runs and idle powers of all motions, with noise.
 
     Args:
@@ -97,5 +97,5 @@ def measure(
     energy = runs.energy_j * (1.0 + noise * rng.standard_normal(runs.energy_j.shape))
     idle = np.stack([batch.idle_prior_w, batch.idle_post_w], axis=1)
     idle = idle * (1.0 + noise * rng.standard_normal(idle.shape))
-    measured = Measurements(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)
+    measured = ObservedRuns(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)
     return measured if runs_per_motion is None else measured.thinned(runs_per_motion)

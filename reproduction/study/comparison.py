@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.experiment.gaps import Row
+from reproduction.predictors.profile_fit import fit_profile_predictor
 from reproduction.study.cases import PlantBatch, measure
 from reproduction.study.config import StudyParams
 from reproduction.study.plant import draw_plant
@@ -20,8 +21,8 @@ from reproduction.study.regimes import plant_batch, robot_with_payload, speed_li
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import MODELS, fit_model, motion_features
 from robojoule.arrays import Array
+from robojoule.calibration.run_model import ObservedRuns
 from robojoule.profile.parameters import profile_parameters
-from robojoule.profile.predicted import Measurements, fit_profile_predictor
 
 PHYSICS = ("nominal_physics", "physics_informed", "robojoule_predicted", "oracle")
 
@@ -105,7 +106,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
 
 
 def _physics(
-    batch: PlantBatch, used: Measurements, limits: Array, truth_j: Array, *, residual: bool
+    batch: PlantBatch, used: ObservedRuns, limits: Array, truth_j: Array, *, residual: bool
 ) -> tuple[Array, NDArray[np.bool_], float]:
     """Predicted energies (M, S), whether intervals hold the truth (M, S), and what the residual gained."""
     predictor = fit_profile_predictor(batch.robot, [used], residual=residual)

@@ -26,8 +26,8 @@ from robojoule.arrays import Array
 from robojoule.calibration.inertial import draw_errors, robot_variant
 from robojoule.documents import Document
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
-from robojoule.motion.simulation import MotionPaths, PathPowers
-from robojoule.robots.drives import DriveParameters
+from robojoule.motion.simulation import MotionPaths
+from robojoule.robots.drives import DriveParameters, DrivePowers
 from robojoule.robots.robot import Robot
 
 _FINER = 1.5  # quadrature nodes of the plant over those of the simulation
@@ -97,10 +97,9 @@ def draw_plant(nominal: Robot, seed: np.random.SeedSequence | int, params: Plant
     rng = np.random.default_rng(np.random.SeedSequence([_entropy(seed), zlib.crc32(nominal.name.encode())]))
     bare = Robot(nominal.file)
     changes = []
-    for joint in range(bare.joint_count):
-        body = bare.model.inertias[joint + 1]
+    for body in bare.mechanism.bodies:
         errors = draw_errors(rng, params.inertia_spread)
-        changes.append(errors.applied(body).toDynamicParameters() - body.toDynamicParameters())
+        changes.append(errors.applied(body).parameters - body.parameters)
     joints = bare.joint_count
 
     def scattered(value: Array | float, spread: float) -> Array:
@@ -161,7 +160,7 @@ class PlantPaths(MotionPaths):
         """Some of the motions, each at the temperature of its tree; see `MotionPaths.subset`."""
         return PlantPaths(self.plant, self.nominal.subset(rows), self.tree[rows], self.viscosity)
 
-    def powers(self, rows: NDArray[np.intp], s: Array, s1: Array, s2: Array) -> PathPowers:
+    def powers(self, rows: NDArray[np.intp], s: Array, s1: Array, s2: Array) -> DrivePowers:
         """Torques and powers; see `MotionPaths.powers`."""
         trees = self.tree[rows]
         results = [
@@ -170,13 +169,13 @@ class PlantPaths(MotionPaths):
             for at in [np.flatnonzero(trees == tree)]
         ]
         joined = {}
-        for field in fields(PathPowers):
+        for field in fields(DrivePowers):
             pieces = [(at, getattr(power, field.name)) for at, power in results]
             whole = np.empty((len(rows), *pieces[0][1].shape[1:]))
             for at, piece in pieces:
                 whole[at] = piece
             joined[field.name] = whole
-        return PathPowers(**joined)
+        return DrivePowers(**joined)
 
     def _quadrature(self, path_nodes: int) -> RunQuadrature:
         return run_quadrature(int(_FINER * path_nodes))

@@ -10,6 +10,7 @@ import numpy as np
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows, win_rows
 from reproduction.predictors import estimators
+from reproduction.predictors.profile_fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams, StudyParams
@@ -26,10 +27,11 @@ from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import motion_features
 from reproduction.study.transfer import transferred_prior
 from robojoule.arrays import Array
-from robojoule.calibration.runs import Calibration
-from robojoule.calibration.unknowns import Unknowns
+from robojoule.calibration.parameters import ParameterVector
+from robojoule.calibration.run_fit import Calibration
+from robojoule.calibration.run_model import ObservedRuns, run_parameters
 from robojoule.profile.parameters import profile_parameters
-from robojoule.profile.predicted import Measurements, PredictedProfiles, ProfilePredictor, fit_profile_predictor
+from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
 from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
@@ -212,7 +214,7 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     return tables
 
 
-def _thesis_forest(batch: PlantBatch, measured: Measurements) -> Callable[[PlantBatch], Array]:
+def _thesis_forest(batch: PlantBatch, measured: ObservedRuns) -> Callable[[PlantBatch], Array]:
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
     slowest = batch.slowest_speed_limit
     forest = estimators.random_forest(THESIS_FOREST, seed=1)
@@ -220,7 +222,7 @@ def _thesis_forest(batch: PlantBatch, measured: Measurements) -> Callable[[Plant
     return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
 
 
-def _measured_parameters(batch: PlantBatch, measured: Measurements) -> Array:
+def _measured_parameters(batch: PlantBatch, measured: ObservedRuns) -> Array:
     """Saving [J], optimal duration [s] and penalty [J] of noisy runs, shape (M, 3)."""
     return profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
 
@@ -261,7 +263,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
     names = list(names or list_robots())
-    known: dict[str, tuple[Unknowns, Calibration]] = {}
+    known: dict[str, tuple[ParameterVector, Calibration]] = {}
     robots: dict[str, Robot] = {}
     plants: dict[str, Plant] = {}
     plant_seed = streams(motions.seed)["plant"]
@@ -276,7 +278,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
         predictor = fit_profile_predictor(
             robot, [measure(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
         )
-        known[name] = (Unknowns(robot.drives, predictor.directions), predictor.calibration)
+        known[name] = (run_parameters(robot.drives, predictor.directions), predictor.calibration)
         progress(f"unseen robot: {name} measured")
     plans, groups, errors = [], [], RegimeTables()
     for place, name in enumerate(names):

@@ -11,7 +11,8 @@ import numpy as np
 from robojoule.arrays import Array, Mask
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_fit import Solution, solve
-from robojoule.calibration.log_model import SCALARS, ParameterSpace, evaluate, parameter_space
+from robojoule.calibration.log_model import evaluate, log_parameters
+from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
 from robojoule.documents import parse
 from robojoule.errors import InputError
@@ -172,9 +173,9 @@ class Identification:
             "kind": "identified",
             "note": f"from the log {Path(self.source).name}; see drives.provenance",
         }
-        for parameter in self.parameters:
+        keys = log_parameters(self.robot).keys(self.robot.joint_names)
+        for parameter, (*path, key) in zip(self.parameters, keys, strict=True):
             target = drives
-            *path, key = _key(parameter.name, self.robot)
             for part in path:
                 target = target[part]
             if parameter.identified:  # the others keep the file's figure to the last digit
@@ -214,19 +215,19 @@ def identify(
     """
     signals = prepare(log, robot, smoothing_s, window_s)
     _check_load(log, signals, robot)
-    space = parameter_space(robot)
-    start = np.clip(space.start, space.lower, space.upper)
-    _check_power(log, signals, evaluate(space, signals, start).power_w)
-    _check_torque(log, signals, evaluate(space, signals, start).torque_nm)
-    solution = solve(space, signals)
-    final = evaluate(space, signals, solution.theta)  # with modelled torques, as everybody else will use it
-    catalog = evaluate(space, signals, start)
+    vector = log_parameters(robot)
+    start = np.clip(vector.start, vector.lower, vector.upper)
+    _check_power(log, signals, evaluate(vector, signals, start).power_w)
+    _check_torque(log, signals, evaluate(vector, signals, start).torque_nm)
+    solution = solve(vector, signals)
+    final = evaluate(vector, signals, solution.x)  # with modelled torques, as everybody else will use it
+    catalog = evaluate(vector, signals, start)
     measured = signals.average(signals.power_w)
     held_out = signals.held_out
     return Identification(
         robot=robot,
         source=log.source,
-        parameters=tuple(_parameters(space, solution, robot)),
+        parameters=tuple(_parameters(vector, solution, robot)),
         training=_score(signals, measured, final.window_power_w, ~held_out),
         held_out=_score(signals, measured, final.window_power_w, held_out),
         held_out_catalog=_score(signals, measured, catalog.window_power_w, held_out),
@@ -240,40 +241,28 @@ def identify(
     )
 
 
-def _key(name: str, robot: Robot) -> tuple[str, ...]:
-    """Path of a parameter in the drives section; joint names may hold dots themselves."""
-    if name in SCALARS:
-        return (name,)
-    joint, key = name.removeprefix("joints.").rsplit(".", 1)
-    return ("joints", joint, key)
-
-
-def _parameters(space: ParameterSpace, solution: Solution, robot: Robot) -> list[Parameter]:
-    rows = []
-    for index, name in enumerate(space.names):
-        value, catalog = float(solution.theta[index]), float(space.start[index])
-        error, moved = float(solution.standard_error[index]), float(solution.inertia_error[index])
-        lower, upper = float(space.lower[index]), float(space.upper[index])
-        free = bool(solution.free[index])
-        if name == "inverter_efficiency":  # estimated as its reciprocal
-            error, moved = error / value**2, moved / value**2
-            value, catalog = 1.0 / value, robot.drives.inverter_efficiency
-            lower, upper = 1.0 / upper, 1.0 / lower
-        margin = 1e-6 * float(space.scale[index])
-        rows.append(
-            Parameter(
-                name=name,
-                unit=UNITS[name.rsplit(".", 1)[-1]],
-                value=value if free else catalog,
-                standard_error=error if free else None,
-                inertia_error=moved if free else None,
-                catalog_value=catalog,
-                identified=free,
-                confounded_with=solution.confounded.get(name, ()),
-                at_bound=free and (value <= lower + margin or value >= upper - margin),
-            )
+def _parameters(vector: ParameterVector, solution: Solution, robot: Robot) -> list[Parameter]:
+    keys = vector.keys(robot.joint_names)
+    names = [".".join(key) for key in keys]
+    value = vector.figures(solution.x)
+    catalog = np.concatenate([np.atleast_1d(getattr(robot.drives, part.figure)) for part in vector.groups])
+    scale = np.abs(vector.slopes(solution.x))  # from errors of entries to those of figures
+    margin = 1e-6 * vector.scale
+    at_bound = (solution.x <= vector.lower + margin) | (solution.x >= vector.upper - margin)
+    return [
+        Parameter(
+            name=names[entry],
+            unit=UNITS[key[-1]],
+            value=float(value[entry] if free else catalog[entry]),
+            standard_error=float(scale[entry] * solution.standard_error[entry]) if free else None,
+            inertia_error=float(scale[entry] * solution.inertia_error[entry]) if free else None,
+            catalog_value=float(catalog[entry]),
+            identified=free,
+            confounded_with=tuple(names[other] for other in solution.confounded.get(entry, ())),
+            at_bound=free and bool(at_bound[entry]),
         )
-    return rows
+        for entry, (key, free) in enumerate(zip(keys, solution.free.tolist(), strict=True))
+    ]
 
 
 def _score(signals: Signals, measured: Array, modelled: Array, use: Mask) -> Score:

@@ -8,14 +8,14 @@ first few carry nearly all. Their coordinates are independent with variance 1 un
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from robojoule.arrays import Array
 from robojoule.robots.drives import DriveParameters
+from robojoule.robots.recursion import path_regressors
+from robojoule.robots.rigid_body import BODY_PARAMETERS, RigidBody
 from robojoule.robots.robot import Robot
 
 _CONFIGURATIONS = 60
@@ -37,21 +37,21 @@ class InertiaErrors:
     center: Array
     extent: Array
 
-    def applied(self, body: pin.Inertia) -> pin.Inertia:
+    def applied(self, body: RigidBody) -> RigidBody:
         """Body with these errors.
 
         The second moments of the mass about its centre, S = tr(I)/2 1 - I, become D S D with a diagonal D: whatever
         the errors, S stays positive semi-definite, so the body stays physical.
         """
-        if body.mass <= 0.0:
+        if body.mass_kg <= 0.0:
             return body
-        inertia = np.asarray(body.inertia)
+        inertia = body.inertia_kg_m2
         moments = np.trace(inertia) / 2.0 * np.eye(3) - inertia
         scale = np.sqrt((1.0 + self.mass) * (1.0 + self.extent))
         moments = scale[:, None] * moments * scale
-        return pin.Inertia(
-            float(body.mass * (1.0 + self.mass)),
-            np.asarray(body.lever) * (1.0 + self.center),
+        return RigidBody(
+            body.mass_kg * (1.0 + self.mass),
+            body.center_m * (1.0 + self.center),
             np.trace(moments) * np.eye(3) - moments,
         )
 
@@ -74,30 +74,24 @@ def inertial_directions(robot: Robot, count: int, spread: float) -> Array:
         Changes of the parameters of all bodies, one after another, shape (10 n, r), r <= count.
     """
     bare = Robot(robot.file)
-    model, joints = bare.model, bare.joint_count
+    joints = bare.joint_count
     rng = np.random.default_rng(_SEED)
-    bodies = [model.inertias[joint + 1] for joint in range(joints)]
-    clouds = []
-    for body in bodies:
-        nominal = body.toDynamicParameters()
-        clouds.append(
-            np.stack([draw_errors(rng, spread).applied(body).toDynamicParameters() - nominal for _ in range(_ERRORS)])
-        )
-    cloud = np.concatenate(clouds, axis=1)  # (errors, 10 n); bodies are independent
-    data = model.createData()
-    torques = []
+    width = BODY_PARAMETERS * joints
+    covariance = np.zeros((width, width))  # bodies are independent
+    for joint, body in enumerate(bare.mechanism.bodies):
+        cloud = np.stack([draw_errors(rng, spread).applied(body).parameters - body.parameters for _ in range(_ERRORS)])
+        block = slice(BODY_PARAMETERS * joint, BODY_PARAMETERS * (joint + 1))
+        covariance[block, block] = np.cov(cloud.T)
+    states = []
     for _ in range(_CONFIGURATIONS):
         q = rng.uniform(np.maximum(bare.lower_rad, -np.pi), np.minimum(bare.upper_rad, np.pi))
         v = rng.uniform(-0.5, 0.5, joints) * bare.velocity_rad_s
-        acceleration = rng.uniform(-1.0, 1.0, joints) * bare.velocity_rad_s / 0.2
-        for motion in ((0 * v, 0 * v), (v, 0 * v), (0 * v, acceleration)):
-            regressor = pin.computeJointTorqueRegressor(model, data, q, *motion)
-            torques.append(regressor / bare.effort_nm[:, None])
-    regressors = np.concatenate(torques)
-    covariance = np.zeros((10 * joints, 10 * joints))
-    for joint in range(joints):
-        block = slice(10 * joint, 10 * joint + 10)
-        covariance[block, block] = np.cov(cloud[:, block].T)
+        states.append((q, v, rng.uniform(-1.0, 1.0, joints) * bare.velocity_rad_s / 0.2))
+    q, v, acceleration = np.array(states).transpose(1, 2, 0)
+    inertia = path_regressors(bare.mechanism, q, acceleration, np.eye(width))[0]
+    _, velocity, gravity = path_regressors(bare.mechanism, q, v, np.eye(width))
+    torques = np.stack([gravity, gravity + velocity, gravity + inertia]) / bare.effort_nm[:, None, None]
+    regressors = torques.transpose(3, 0, 1, 2).reshape(-1, width)
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     _, seen, axes = np.linalg.svd(regressors @ root, full_matrices=False)
@@ -115,11 +109,5 @@ def robot_variant(robot: Robot, drives: DriveParameters, body_changes: Array | N
         drives: Its drives.
         body_changes: Changes of the bodies' dynamic parameters, shape (10 n,); none if not given.
     """
-    variant = copy.copy(robot)
-    variant.drives = drives
-    if body_changes is not None:
-        variant.model = robot.model.copy()
-        for joint, change in enumerate(np.asarray(body_changes, dtype=float).reshape(-1, 10), start=1):
-            parameters = robot.model.inertias[joint].toDynamicParameters() + change
-            variant.model.inertias[joint] = pin.Inertia.FromDynamicParameters(parameters)
-    return variant
+    mechanism = robot.mechanism if body_changes is None else robot.mechanism.with_changes(body_changes)
+    return robot.variant(drives=drives, mechanism=mechanism)

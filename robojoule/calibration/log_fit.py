@@ -15,7 +15,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from robojoule.arrays import Array, Index, Mask
-from robojoule.calibration.log_model import Evaluation, ParameterSpace, evaluate
+from robojoule.calibration.log_model import Evaluation, evaluate
+from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import Signals
 
 HUBER = 1.345  # 95 % efficiency at normal noise
@@ -48,20 +49,20 @@ class Solution:
     """A fit.
 
     Attributes:
-        theta: Parameters, shape (P,).
+        x: Parameters, shape (P,).
         standard_error: Their standard errors; NaN for those kept, shape (P,).
         inertia_error: How far wrong inertias may have moved them, shape (P,); see `_inertia_error`.
         free: Which parameters were estimated, shape (P,).
-        confounded: For each parameter kept, the parameters that it cannot be told from (empty: nothing excites it).
+        confounded: For each entry kept, the entries that it cannot be told from (empty: nothing excites it).
         iterations: Gauss-Newton steps of the last fit.
         evaluation: The model at the solution.
     """
 
-    theta: Array
+    x: Array
     standard_error: Array
     inertia_error: Array
     free: Mask
-    confounded: dict[str, tuple[str, ...]]
+    confounded: dict[int, tuple[int, ...]]
     iterations: int
     evaluation: Evaluation
 
@@ -70,12 +71,12 @@ class Problem:
     """The least-squares problem of one log; the held-out windows take no part.
 
     Args:
-        space: Parameters.
+        vector: Parameters.
         signals: Prepared log.
     """
 
-    def __init__(self, space: ParameterSpace, signals: Signals) -> None:
-        self.space, self.signals = space, signals
+    def __init__(self, vector: ParameterVector, signals: Signals) -> None:
+        self.vector, self.signals = vector, signals
         self.rows = np.flatnonzero(~signals.held_out)
         self.measured_w = signals.average(signals.power_w)[self.rows]
         self.block = signals.window_block[self.rows]
@@ -88,9 +89,9 @@ class Problem:
             self.velocity = signals.average(signals.velocity_rad_s)[self.rows]
             self.slides = np.abs(self.direction) > 0.999
 
-    def evaluate(self, theta: Array) -> Evaluation:
+    def evaluate(self, x: Array) -> Evaluation:
         """The model at some parameters."""
-        return evaluate(self.space, self.signals, theta, use_measured_torque=self.with_torque)
+        return evaluate(self.vector, self.signals, x, use_measured_torque=self.with_torque)
 
     def raw(self, evaluation: Evaluation) -> list[Residuals]:
         """Residuals in their own units: power, then one entry a joint's torque."""
@@ -103,13 +104,13 @@ class Problem:
         ]
         if not self.with_torque:
             return result
-        n = len(self.space.gear_ratio)
+        coulomb, viscous = (self.vector.part(name).start for name in ("coulomb_nm", "viscous_nm_s_per_rad"))
         modelled = self.signals.average(evaluation.torque_nm)[self.rows]
-        for joint in range(n):
+        for joint in range(modelled.shape[1]):
             use = self.slides[:, joint]
-            jacobian = np.zeros((int(use.sum()), len(self.space.names)))
-            jacobian[:, 4 + joint] = self.direction[use, joint]
-            jacobian[:, 4 + n + joint] = self.velocity[use, joint]
+            jacobian = np.zeros((int(use.sum()), self.vector.size))
+            jacobian[:, coulomb + joint] = self.direction[use, joint]
+            jacobian[:, viscous + joint] = self.velocity[use, joint]
             result.append(
                 Residuals(self.torque_nm[use, joint] - modelled[use, joint], jacobian, self.block[use]),
             )
@@ -143,53 +144,53 @@ def _cost(values: Array) -> float:
     return float(np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER)).sum())
 
 
-def _step(space: ParameterSpace, rows: Residuals, theta: Array, free: Mask) -> Array:
+def _step(vector: ParameterVector, rows: Residuals, x: Array, free: Mask) -> Array:
     """Minimiser of the weighted, linearised problem within the bounds."""
     root = np.sqrt(_weights(rows.values))
-    matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
-    target = root * rows.values + matrix @ (theta[free] / space.scale[free])
+    matrix = rows.jacobian[:, free] * vector.scale[free] * root[:, None]
+    target = root * rows.values + matrix @ (x[free] / vector.scale[free])
     # The triangle of a QR decomposition is a small problem with the same minimiser.
     triangle = np.asarray(np.linalg.qr(np.column_stack([matrix, target]), mode="r"))
-    bounds = (space.lower[free] / space.scale[free], space.upper[free] / space.scale[free])
+    bounds = (vector.lower[free] / vector.scale[free], vector.upper[free] / vector.scale[free])
     solution = lsq_linear(triangle[:, :-1], triangle[:, -1], bounds=bounds, method="bvls")
-    result = theta.copy()
-    result[free] = np.clip(solution.x, *bounds) * space.scale[free]
+    result = x.copy()
+    result[free] = np.clip(solution.x, *bounds) * vector.scale[free]
     return result
 
 
-def _fit(problem: Problem, theta: Array, free: Mask) -> tuple[Array, Evaluation, list[float], int]:
+def _fit(problem: Problem, x: Array, free: Mask) -> tuple[Array, Evaluation, list[float], int]:
     """Iterate to the optimum for given free parameters."""
-    evaluation = problem.evaluate(theta)
+    evaluation = problem.evaluate(x)
     iterations = 0
     while iterations < MOST_STEPS:
         iterations += 1
         parts = problem.raw(evaluation)
         scales = _scales(parts)
         rows = _whiten(parts, scales)
-        target = _step(problem.space, rows, theta, free)
+        target = _step(problem.vector, rows, x, free)
         before, share = _cost(rows.values), 1.0
         while True:
-            trial = theta + share * (target - theta)
+            trial = x + share * (target - x)
             evaluation = problem.evaluate(trial)
             after = _cost(_whiten(problem.raw(evaluation), scales).values)
             if share < 1e-3 or after <= before:
                 break
             share /= 2.0
-        change = np.abs(trial - theta) / problem.space.scale
-        theta = trial
+        change = np.abs(trial - x) / problem.vector.scale
+        x = trial
         if change.max() < STEP_TOLERANCE or before - after < COST_TOLERANCE * before:
             break
-    return theta, evaluation, _scales(problem.raw(evaluation)), iterations
+    return x, evaluation, _scales(problem.raw(evaluation)), iterations
 
 
-def _covariance(space: ParameterSpace, rows: Residuals, free: Mask) -> tuple[Array, Array, Array, float]:
+def _covariance(vector: ParameterVector, rows: Residuals, free: Mask) -> tuple[Array, Array, Array, float]:
     """Covariance of the scaled parameters: directions (rows), their naive deviations, column norms, and an inflation.
 
     Residuals within a motion hang together (a wrong inertia shows in every window), so the naive covariance is inflated
     by the median ratio of block-wise (sandwich) to naive variances where that exceeds one.
     """
     root = np.sqrt(_weights(rows.values))
-    matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
+    matrix = rows.jacobian[:, free] * vector.scale[free] * root[:, None]
     _, singular, vectors = np.linalg.svd(matrix, full_matrices=False)
     floor = 1e-12 * singular[0]
     deviation = 1.0 / np.maximum(singular, floor)
@@ -204,23 +205,23 @@ def _covariance(space: ParameterSpace, rows: Residuals, free: Mask) -> tuple[Arr
     return vectors, deviation, np.linalg.norm(matrix, axis=0), max(ratio, spread, 1e-12)
 
 
-def solve(space: ParameterSpace, signals: Signals) -> Solution:
+def solve(vector: ParameterVector, signals: Signals) -> Solution:
     """Estimate what the log determines; the rest keeps the catalog's values.
 
     Args:
-        space: Parameters, with the catalog's values as start.
+        vector: Parameters, with the catalog's values as start.
         signals: Prepared log.
     """
-    problem = Problem(space, signals)
-    free = np.ones(len(space.names), dtype=bool)
-    theta = np.clip(space.start, space.lower, space.upper)
-    confounded: dict[str, tuple[str, ...]] = {}
-    evaluation = problem.evaluate(theta)
-    _drop_unexcited(space, problem.raw(evaluation), free, confounded)
+    problem = Problem(vector, signals)
+    free = np.ones(vector.size, dtype=bool)
+    x = np.clip(vector.start, vector.lower, vector.upper)
+    confounded: dict[int, tuple[int, ...]] = {}
+    evaluation = problem.evaluate(x)
+    _drop_unexcited(vector, problem.raw(evaluation), free, confounded)
     while True:
-        theta, evaluation, scales, iterations = _fit(problem, theta, free)
+        x, evaluation, scales, iterations = _fit(problem, x, free)
         rows = _whiten(problem.raw(evaluation), scales)
-        vectors, deviation, norms, inflation = _covariance(space, rows, free)
+        vectors, deviation, norms, inflation = _covariance(vector, rows, free)
         worst = int(np.argmax(deviation))
         if deviation[worst] * inflation <= UNDETERMINED or not free.any():
             break
@@ -231,40 +232,40 @@ def solve(space: ParameterSpace, signals: Signals) -> Solution:
         partners = [i for i in np.argsort(-effect) if i != drop and effect[i] > CONFOUNDED * effect[drop]]
         if inflation > UNDETERMINED * norms[drop]:  # not even determined if all others were known
             partners = []
-        confounded[space.names[columns[drop]]] = tuple(space.names[columns[i]] for i in partners)
+        confounded[int(columns[drop])] = tuple(columns[partners].tolist())
         free[columns[drop]] = False
-        theta[columns[drop]] = np.clip(space.start, space.lower, space.upper)[columns[drop]]
-    error = np.full(len(theta), np.nan)
-    error[free] = np.sqrt(((vectors * deviation[:, None]) ** 2).sum(axis=0)) * inflation * space.scale[free]
-    moved = _inertia_error(problem, theta, free, scales)
-    return Solution(theta, error, moved, free, confounded, iterations, evaluation)
+        x[columns[drop]] = np.clip(vector.start, vector.lower, vector.upper)[columns[drop]]
+    error = np.full(len(x), np.nan)
+    error[free] = np.sqrt(((vectors * deviation[:, None]) ** 2).sum(axis=0)) * inflation * vector.scale[free]
+    moved = _inertia_error(problem, x, free, scales)
+    return Solution(x, error, moved, free, confounded, iterations, evaluation)
 
 
-def _inertia_error(problem: Problem, theta: Array, free: Mask, scales: list[float]) -> Array:
+def _inertia_error(problem: Problem, x: Array, free: Mask, scales: list[float]) -> Array:
     """Root of the summed squared shifts that one heavier body after the other would cause, shape (P,).
 
     Standard errors cannot see that the robot file's inertias are wrong; this does, to first order.
     """
-    space, signals = problem.space, problem.signals
-    rows = _whiten(problem.raw(problem.evaluate(theta)), scales)
+    vector, signals = problem.vector, problem.signals
+    rows = _whiten(problem.raw(problem.evaluate(x)), scales)
     root = np.sqrt(_weights(rows.values))
-    matrix = rows.jacobian[:, free] * space.scale[free] * root[:, None]
-    total = np.zeros(len(theta))
+    matrix = rows.jacobian[:, free] * vector.scale[free] * root[:, None]
+    total = np.zeros(len(x))
     for change in signals.load_change_nm:
-        heavier = Problem(space, replace(signals, load_nm=signals.load_nm + change))
-        values = _whiten(heavier.raw(heavier.evaluate(theta)), scales).values
+        heavier = Problem(vector, replace(signals, load_nm=signals.load_nm + change))
+        values = _whiten(heavier.raw(heavier.evaluate(x)), scales).values
         shift = np.linalg.lstsq(matrix, root * (values - rows.values), rcond=None)[0]
-        total[free] += (shift * space.scale[free]) ** 2
+        total[free] += (shift * vector.scale[free]) ** 2
     return np.asarray(np.sqrt(total))
 
 
 def _drop_unexcited(
-    space: ParameterSpace, parts: list[Residuals], free: Mask, confounded: dict[str, tuple[str, ...]]
+    vector: ParameterVector, parts: list[Residuals], free: Mask, confounded: dict[int, tuple[int, ...]]
 ) -> None:
     """Keep parameters without any influence on the measured rows (e.g. friction of a joint that never moves)."""
-    influence = np.zeros(len(space.names))
+    influence = np.zeros(vector.size)
     for part, scale in zip(parts, _scales(parts), strict=True):
-        influence += ((part.jacobian * space.scale / scale) ** 2).sum(axis=0)
+        influence += ((part.jacobian * vector.scale / scale) ** 2).sum(axis=0)
     for index in np.flatnonzero(influence <= 1e-6 * influence.max()):
         free[index] = False
-        confounded[space.names[index]] = ()
+        confounded[int(index)] = ()

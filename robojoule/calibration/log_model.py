@@ -1,13 +1,12 @@
-"""The energy model as a function of its drive parameters, with derivatives.
+"""The energy model of a log as a function of the drives' figures, with derivatives.
 
-With the rigid-body and rotor torque l_j, the velocity qd_j, the direction s_j = sign(qd_j) and the gear ratio i_j,
+The law is that of `robojoule.robots.drives` at the log's instants, averaged over its windows: with g = 1 / eta,
 
-    tau_j = l_j + Fc_j s_j + Fv_j qd_j
-    P_bus = sum_j (tau_j qd_j + k_j (tau_j / i_j)^2)
-    P     = base + active m + g max(P_bus, 0) - rho max(-P_bus, 0) ,   g = 1 / eta ,
+    P = base + active m + g max(P_bus, 0) - rho max(-P_bus, 0) ,
 
 m = 1 while any joint moves, else 0. Within a regime of the bus (P_bus > 0: driving, P_bus < 0: braking) and for given
 copper torques this is linear in (base, active, g, g Fc, g Fv, g k) and (base, active, rho, rho Fc, ...), respectively.
+That is why the efficiency is estimated as its reciprocal.
 """
 
 from __future__ import annotations
@@ -17,56 +16,47 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.calibration.parameters import IDENTITY, RECIPROCAL, ParameterVector, group
 from robojoule.calibration.signals import Signals
+from robojoule.robots.drives import (
+    bus_gradient,
+    copper_and_bus_w,
+    drive_powers,
+    mains_gradient,
+    mains_power_w,
+    mains_weight,
+)
 from robojoule.robots.robot import Robot
 
 LEAST_EFFICIENCY = 0.5  # no industrial inverter is worse
-SCALARS = ("base_power_w", "drive_active_power_w", "inverter_efficiency", "regeneration_efficiency")
-JOINT_KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2")
+_TYPICAL_FRICTION = 0.02  # of the effort limit: a change of friction that matters where the entry has less
+_LEAST_COPPER = 1e-6  # [W/Nm2]
 
 
-@dataclass(frozen=True)
-class ParameterSpace:
-    """Order, start, scale and bounds of the P parameters; the efficiency enters as its reciprocal.
-
-    Attributes:
-        names: Keys as in a robot file's `drives` section, P strings.
-        start: The catalog's values, shape (P,).
-        scale: Sizes that make the parameters comparable: a change that would matter, shape (P,).
-        lower: Physical lower bounds, shape (P,).
-        upper: Physical upper bounds, shape (P,).
-        gear_ratio: Gear ratios, shape (n,). [-]
-    """
-
-    names: tuple[str, ...]
-    start: Array
-    scale: Array
-    lower: Array
-    upper: Array
-    gear_ratio: Array
-
-
-def parameter_space(robot: Robot) -> ParameterSpace:
-    """The parameters of a robot's drives."""
-    drives, n = robot.drives, robot.joint_count
-    share = 0.02 * robot.effort_nm
-    joints = np.concatenate(
-        [drives.coulomb_nm, drives.viscous_nm_s_per_rad, drives.copper_w_per_nm2],
-    )
-    typical = np.concatenate([share, share / robot.velocity_rad_s, np.full(n, np.median(drives.copper_w_per_nm2))])
+def log_parameters(robot: Robot) -> ParameterVector:
+    """What a log may tell of a robot's drives, starting from its entry; scales are changes that would matter."""
+    drives = robot.drives
     base = max(drives.base_power_w, 1.0)
-    copper = np.maximum(joints[2 * n :], np.maximum(typical[2 * n :], 1e-6))
-    scale = np.concatenate([[base, 0.1 * base, 0.2, 1.0], np.maximum(joints[: 2 * n], typical[: 2 * n]), copper])
-    reciprocal = min(1.0 / drives.inverter_efficiency, 1.0 / LEAST_EFFICIENCY)
-    return ParameterSpace(
-        names=(*SCALARS, *(f"joints.{name}.{key}" for key in JOINT_KEYS for name in robot.joint_names)),
-        start=np.concatenate(
-            [[drives.base_power_w, drives.drive_active_power_w, reciprocal, drives.regeneration_efficiency], joints]
+    friction = _TYPICAL_FRICTION * robot.effort_nm
+    positive = (0.0, np.inf)
+    copper = np.maximum(drives.copper_w_per_nm2, max(float(np.median(drives.copper_w_per_nm2)), _LEAST_COPPER))
+    return ParameterVector(
+        drives,
+        (
+            group(drives, "base_power_w", IDENTITY, base, bounds=positive),
+            group(drives, "drive_active_power_w", IDENTITY, 0.1 * base, bounds=positive),
+            group(drives, "inverter_efficiency", RECIPROCAL, 0.2, bounds=(1.0, 1.0 / LEAST_EFFICIENCY)),
+            group(drives, "regeneration_efficiency", IDENTITY, 1.0, bounds=(0.0, 1.0)),
+            group(drives, "coulomb_nm", IDENTITY, np.maximum(drives.coulomb_nm, friction), bounds=positive),
+            group(
+                drives,
+                "viscous_nm_s_per_rad",
+                IDENTITY,
+                np.maximum(drives.viscous_nm_s_per_rad, friction / robot.velocity_rad_s),
+                bounds=positive,
+            ),
+            group(drives, "copper_w_per_nm2", IDENTITY, copper, bounds=positive),
         ),
-        scale=scale,
-        lower=np.concatenate([[0.0, 0.0, 1.0, 0.0], np.zeros(3 * n)]),
-        upper=np.concatenate([[np.inf, np.inf, 1.0 / LEAST_EFFICIENCY, 1.0], np.full(3 * n, np.inf)]),
-        gear_ratio=drives.gear_ratio,
     )
 
 
@@ -89,38 +79,29 @@ class Evaluation:
     torque_nm: Array
 
 
-def evaluate(space: ParameterSpace, signals: Signals, theta: Array, *, use_measured_torque: bool = False) -> Evaluation:
+def evaluate(vector: ParameterVector, signals: Signals, x: Array, *, use_measured_torque: bool = False) -> Evaluation:
     """Evaluate the model and its derivatives.
 
     Args:
-        space: Parameter order.
+        vector: What the parameters are, see `log_parameters`.
         signals: Prepared log.
-        theta: Parameters, shape (P,).
+        x: Parameters, shape (P,).
         use_measured_torque: Put the logged torques, not the modelled ones, into the bus power; friction then has no
             influence on power.
     """
-    n = len(space.gear_ratio)
-    base, active, reciprocal, returned = theta[:4]
-    coulomb, viscous, copper = theta[4 : 4 + n], theta[4 + n : 4 + 2 * n], theta[4 + 2 * n :]
-    velocity, direction = signals.velocity_rad_s, signals.direction
-    modelled = signals.load_nm + coulomb * direction + viscous * velocity
+    drives = vector.drives(x)
+    states = signals.direction, signals.velocity_rad_s, signals.load_nm
+    modelled = drive_powers(drives, *states)
+    torque, bus = modelled.torque_nm, modelled.bus_w
     measured = signals.torque_nm if use_measured_torque else None
-    torque = modelled if measured is None else measured
-    motor_square = (torque / space.gear_ratio) ** 2
-    bus = (torque * velocity).sum(axis=1) + motor_square @ copper
-    drawn, surplus = np.maximum(bus, 0.0), np.maximum(-bus, 0.0)
-    power = base + active * signals.moving + reciprocal * drawn - returned * surplus
-    by_bus = np.where(bus > 0.0, reciprocal, returned)[:, None]
-    jacobian = np.empty((len(signals.window_start), len(theta)))
-    jacobian[:, 0] = 1.0
-    jacobian[:, 1] = signals.average(signals.moving.astype(float))
-    jacobian[:, 2] = signals.average(drawn)
-    jacobian[:, 3] = signals.average(-surplus)
-    if measured is None:
-        by_torque = by_bus * (velocity + 2.0 * torque * copper / space.gear_ratio**2)
-        jacobian[:, 4 : 4 + n] = signals.average(by_torque * direction)
-        jacobian[:, 4 + n : 4 + 2 * n] = signals.average(by_torque * velocity)
-    else:
-        jacobian[:, 4 : 4 + 2 * n] = 0.0
-    jacobian[:, 4 + 2 * n :] = signals.average(by_bus * motor_square)
-    return Evaluation(power, bus, signals.average(power), jacobian, modelled)
+    if measured is not None:
+        torque, bus = measured, copper_and_bus_w(drives, measured, signals.velocity_rad_s)[1]
+    moving, drawn = signals.moving.astype(float), np.maximum(bus, 0.0)
+    power = mains_power_w(drives, bus, moving)
+    weight = mains_weight(drives, 1.0, (bus > 0.0).astype(float))[:, None]
+    gradient = mains_gradient(drives, np.ones_like(bus), drawn, bus, moving)
+    gradient |= bus_gradient(drives, *states, torque, weight)[0]
+    if measured is not None:
+        gradient |= dict.fromkeys(("coulomb_nm", "viscous_nm_s_per_rad"), np.zeros_like(torque))
+    averages = {part.figure: signals.average(gradient[part.figure]) for part in vector.groups}
+    return Evaluation(power, bus, signals.average(power), vector.chain(averages, x), modelled.torque_nm)

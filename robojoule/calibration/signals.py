@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import pinocchio as pin
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.log import MeasuredLog
@@ -157,9 +156,9 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
     """
     for name, value in (("smoothing", smoothing_s), ("window", window_s)):
         if value is not None and not 0.0 < value <= 1.0:
-            raise InputError(f"{value} s is no length for the {name}", allowed="above 0 and at most 1 s")
+            raise InputError(f"{value} s is not a valid length of the {name}", allowed="above 0 and at most 1 s")
     if len(log.time_s) < 50:
-        raise InputError(f"the log has {len(log.time_s)} rows only", file=log.source, allowed="at least 50")
+        raise InputError(f"the log has only {len(log.time_s)} rows", file=log.source, allowed="at least 50")
     if smoothing_s is None:
         smoothing_s = choose_smoothing(log.time_s, log.position_rad)
     position, velocity, acceleration = local_cubic(log.time_s, log.position_rad, smoothing_s)
@@ -181,7 +180,7 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
     start, window_block, blocks = _windows(log.time_s, speed.max(axis=1), window_s)
     if blocks < FEWEST_BLOCKS:
         raise InputError(
-            f"the log holds {blocks} motions only", file=log.source, allowed=f"at least {FEWEST_BLOCKS} motions"
+            f"the log holds only {blocks} motions", file=log.source, allowed=f"at least {FEWEST_BLOCKS} motions"
         )
     return Signals(
         time_s=log.time_s,
@@ -243,12 +242,8 @@ def _rigid_torques(
         carried = payload if log.payload_kg is None else Payload(float(mass), payload.com_m)
         loaded = Robot(robot.file, carried, robot.source)
         if heavier_body is not None:
-            inertia = loaded.model.inertias[heavier_body + 1]
-            loaded.model.inertias[heavier_body + 1] = pin.Inertia(
-                inertia.mass * (1.0 + INERTIA_UNCERTAINTY),
-                inertia.lever,
-                inertia.inertia * (1.0 + INERTIA_UNCERTAINTY),
-            )
+            body = loaded.mechanism.bodies[heavier_body].heavier(INERTIA_UNCERTAINTY)
+            loaded = loaded.variant(mechanism=loaded.mechanism.with_body(heavier_body + 1, body))
         torque[rows] = inverse_dynamics(loaded, q[rows], qd[rows], qdd[rows])
     return torque
 

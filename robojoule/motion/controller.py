@@ -1,12 +1,12 @@
-"""The controller's rule: speed limit -> time law of a straight joint-space motion.
+"""The controller's rule: speed limit -> time law of a motion along a joint-space path.
 
 The speed limit p in (0, 1] scales the joint velocity limits, hence the peak path velocity
-v(p) = p min_j(v_max,j / |dq_j|). The path acceleration a(v) is the largest constant that keeps every joint torque
-within `torque_use` of its effort limit at every path node, at standstill and at v (but `torque_floor` of the effort
-limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a faster peak need not give a
-shorter motion: the controller raises the peak velocity towards v(p) as long as that shortens the motion and the torques
-of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the effort limits. Speed limits above give
-the same run.
+v(p) = p min_j(v_max,j / |q'_j|) with the steepest slopes q'_j. The path acceleration a(v) is the largest constant that
+keeps every joint torque within `torque_use` of its effort limit at every path node, at standstill and at v (but
+`torque_floor` of the effort limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a
+faster peak need not give a shorter motion: the controller raises the peak velocity towards v(p) as long as that
+shortens the motion and the torques of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the
+effort limits. Speed limits above give the same run.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 from robojoule.arrays import Array, Index
 from robojoule.errors import InputError
 from robojoule.motion.dynamics import PathTorques
+from robojoule.motion.path import Path
 from robojoule.motion.time_laws import (
     ROUNDING,
     PathLaw,
     duration_at_peak_s,
     path_law,
     reachable_velocity,
-    rest_to_rest_law,
 )
 from robojoule.motion.torque_limits import NEVER_BINDS, TorqueLimits, first_reached
 from robojoule.robots.robot import Robot
@@ -42,18 +42,18 @@ class PathTiming:
     Args:
         robot: The controller's model of the robot and its payload.
         torques: Path torques of that model along the motions.
-        delta_rad: Joint changes, shape (M, n). [rad]
+        path: The motions' paths.
     """
 
-    def __init__(self, robot: Robot, torques: PathTorques, delta_rad: Array) -> None:
+    def __init__(self, robot: Robot, torques: PathTorques, path: Path) -> None:
         self.robot = robot
         self.torques = torques
-        self.delta_rad = delta_rad
-        self.motions = len(delta_rad)
-        self.travel_rad = np.abs(delta_rad).max(axis=1)
+        self.path = path
+        self.travel_rad = path.travel_rad.max(axis=1)
+        self.motions = len(self.travel_rad)
         self.moving = self.travel_rad > 0.0
         with np.errstate(divide="ignore"):
-            self.full_velocity = np.min(robot.velocity_rad_s / np.abs(delta_rad), axis=1)
+            self.full_velocity = np.min(robot.velocity_rad_s / path.steepest_rad, axis=1)
 
     def acceleration(self, velocity: Array, rows: Index) -> Array:
         """Path acceleration that the drives allow at peak velocities, shapes (M', ...) -> (M', ...). [1/s2]
@@ -83,15 +83,15 @@ class PathTiming:
         """Limits of a block of motions that can bind up to the velocities `top` (M',) [1/s], which it lowers."""
         drives, effort = self.robot.drives, self.robot.effort_nm[:, None]
         inertia, centrifugal, gravity = np.split(self.torques.values[block], 3, axis=1)
-        delta = self.delta_rad[block][:, :, None]
+        slope = self.path.slopes_rad(block, self.torques.values_s[block])
 
         def limits(values: Array) -> Array:
             return np.broadcast_to(values, gravity.shape).reshape(len(top), -1)
 
         every = TorqueLimits(
-            inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2[:, None] * delta)), NEVER_BINDS),
-            standing=limits(gravity + drives.coulomb_nm[:, None] * np.sign(delta)),
-            viscous=limits(drives.viscous_nm_s_per_rad[:, None] * delta),
+            inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2[:, None] * slope)), NEVER_BINDS),
+            standing=limits(gravity + drives.coulomb_nm[:, None] * np.sign(slope)),
+            viscous=limits(drives.viscous_nm_s_per_rad[:, None] * slope),
             centrifugal=limits(centrifugal),
             usable=limits(drives.torque_use * effort),
             floor=limits(drives.torque_floor * effort),
@@ -236,13 +236,13 @@ class PathTiming:
         return result
 
     def law(self, index: int, peak_velocity: float) -> PathLaw:
-        """Time law of motion `index` at a peak path velocity [1/s], by Ruckig."""
+        """Time law of motion `index` at a peak path velocity [1/s]."""
         acceleration = float(self.acceleration(np.array([peak_velocity]), np.array([index]))[0])
-        jerk = acceleration / self.robot.drives.filter_time_s
-        return path_law(float(self.travel_rad[index]), peak_velocity, acceleration, jerk)
+        length = float(self.travel_rad[index])
+        return path_law(peak_velocity, acceleration, self.robot.drives.filter_time_s, length_rad=length)
 
     def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
-        """Time laws of some motions at peak path velocities, in closed form.
+        """Time laws of some motions at peak path velocities.
 
         Args:
             peak_velocity: Peak path velocities, shape (M', S). [1/s]
@@ -251,5 +251,4 @@ class PathTiming:
         Returns:
             The laws, with arrays of shape (M', S, 7).
         """
-        acceleration = self.acceleration(peak_velocity, rows)
-        return rest_to_rest_law(peak_velocity, acceleration, self.robot.drives.filter_time_s)
+        return path_law(peak_velocity, self.acceleration(peak_velocity, rows), self.robot.drives.filter_time_s)

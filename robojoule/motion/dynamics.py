@@ -1,25 +1,23 @@
-"""Inverse dynamics projected on straight joint-space paths.
+"""Inverse dynamics: at states, and projected on joint-space paths.
 
-Along q(s) = q0 + s dq the rigid-body joint torques are
-
-    tau(s) = m(s) s'' + c(s) s'^2 + g(s) ,   m = M(q(s)) dq ,  c = C(q(s), dq) dq ,  g = gravity .
-
-Inverse dynamics at a few path nodes therefore describes a motion at every speed limit at once. The three functions are
-entire functions of s (sums of sines and cosines of the joint angles), so a Chebyshev series through K nodes represents
-them to rounding once K exceeds the sum w of the joint changes in radians by a margin: its coefficients fall as
-(w / 2)^k / k!. A first joint about the vertical turns the arm without changing its torques, so that it does not count.
+Along a path the rigid-body joint torques are m(s) s'' + c(s) s'^2 + g(s) (see `robojoule.motion.path`). Inverse
+dynamics at a few path nodes therefore describes a motion at every speed limit at once. On a straight line the three
+are entire functions of s (sums of sines and cosines of the joint angles), so a Chebyshev series through K nodes
+represents them to rounding once K exceeds the sum w of the joint changes in radians by a margin: its coefficients fall
+as (w / 2)^k / k!. A first joint about the vertical turns the arm without changing its torques, so it does not count.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
-import pinocchio as pin
-from numpy.typing import NDArray
 
-from robojoule.arrays import Array
-from robojoule.motion.recursion import joint_axis, path_points
+from robojoule.arrays import Array, Index
+from robojoule.motion.path import Path
+from robojoule.robots.mechanism import installed_pinocchio
+from robojoule.robots.recursion import path_points
 from robojoule.robots.robot import Robot
 
 NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
@@ -37,11 +35,13 @@ class PathTorques:
             shape (M, 3 n, K), K being the largest of the counts.
         values: m, c and g at path positions from 0 to 1, at least 29, where torque limits are looked at, likewise with
             the last position repeated up to L, the largest of their numbers, shape (M, 3 n, L).
+        values_s: These path positions, shape (M, L). [-]
     """
 
-    counts: NDArray[np.intp]
+    counts: Index
     coefficients: Array
     values: Array
+    values_s: Array
 
     @property
     def at_nodes(self) -> tuple[Array, Array, Array]:
@@ -73,11 +73,11 @@ class PathTorques:
         return chebyshev_nodes(self.coefficients.shape[2])
 
 
-def node_counts(robot: Robot, delta_rad: Array) -> NDArray[np.intp]:
-    """Numbers of nodes that represent paths with joint changes (M, n) [rad] to rounding, shape (M,)."""
-    joint, gravity = robot.model.joints[1], robot.model.gravity.linear
-    vertical = np.cross(robot.model.jointPlacements[1].rotation @ joint_axis(joint), gravity)
-    turning = np.abs(delta_rad[:, 1:] if np.allclose(vertical, 0.0, atol=1e-12) else delta_rad).sum(axis=1)
+def node_counts(robot: Robot, travel_rad: Array) -> Index:
+    """Numbers of nodes that represent straight paths with joint travels (M, n) [rad] to rounding, shape (M,)."""
+    mechanism = robot.mechanism
+    across = np.cross(mechanism.placements[0].rotation @ mechanism.axes[0], mechanism.gravity_m_s2)
+    turning = (travel_rad[:, 1:] if np.allclose(across, 0.0, atol=1e-12) else travel_rad).sum(axis=1)
     factors = np.arange(1, NODE_LADDER[-1] + 1)
     with np.errstate(divide="ignore"):
         decay = np.log(turning / 2.0)[:, None] * NODE_LADDER - np.cumsum(np.log(factors))[NODE_LADDER - 1]
@@ -113,7 +113,9 @@ def chebyshev_basis(s: Array, count: int) -> Array:
     return np.moveaxis(basis, 0, -1)
 
 
-def inverse_dynamics(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
+def inverse_dynamics(
+    robot: Robot, q: Array, qd: Array, qdd: Array, *, engine: Literal["pinocchio", "recursion"] | None = None
+) -> Array:
     """Rigid-body joint torques (no friction, no rotor inertia).
 
     Args:
@@ -121,42 +123,51 @@ def inverse_dynamics(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
         q: Positions, shape (N, n). [rad]
         qd: Velocities, shape (N, n). [rad/s]
         qdd: Accelerations, shape (N, n). [rad/s2]
+        engine: What computes them: Pinocchio or the recursion along paths; if not given, Pinocchio where it is
+            installed.
 
     Returns:
         Torques, shape (N, n). [Nm]
+
+    Raises:
+        MissingPackage: Pinocchio is asked for and not installed.
     """
     if len(q) == 0:
         return np.zeros_like(q)
-    pool = pin.ModelPool(robot.model, 1)
+    if engine == "recursion" or (engine is None and installed_pinocchio() is None):
+        inertial = path_points(robot.mechanism, q.T, qdd.T)[0]
+        _, centrifugal, gravity = path_points(robot.mechanism, q.T, qd.T)
+        return np.ascontiguousarray((inertial + centrifugal + gravity).T)
+    model = robot.model
+    pin: Any = installed_pinocchio()
     columns = (np.asfortranarray(x.T) for x in (q, qd, qdd))
     # Pinocchio gives a flat array for a single joint.
-    return np.ascontiguousarray(pin.rneaInParallel(1, pool, *columns).T.reshape(q.shape))
+    return np.ascontiguousarray(pin.rneaInParallel(1, pin.ModelPool(model, 1), *columns).T.reshape(q.shape))
 
 
-def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | None = None) -> PathTorques:
-    """Project the inverse dynamics on M straight paths.
+def path_torques(robot: Robot, path: Path, count: int | None = None) -> PathTorques:
+    """Project the inverse dynamics on M paths.
 
     Args:
         robot: Robot with its payload.
-        start_rad: Start configurations, shape (M, n). [rad]
-        delta_rad: Joint changes, shape (M, n). [rad]
+        path: The paths.
         count: Number of nodes; as many as represent each path to rounding if not given.
     """
-    motions, joints = start_rad.shape
-    counts = node_counts(robot, delta_rad) if count is None else np.full(motions, count)
+    motions, joints = path.start_rad.shape
+    counts = node_counts(robot, path.travel_rad) if count is None else np.full(motions, count)
     width = int(counts.max(initial=0))
     groups = [np.flatnonzero(counts == k) for k in np.unique(counts)]
     steps = [chebyshev_nodes(int(counts[rows[0]])) for rows in groups]
-    points = [
-        (start_rad[rows].T[..., None] + delta_rad[rows].T[..., None] * nodes).reshape(joints, -1)
-        for rows, nodes in zip(groups, steps, strict=True)
-    ]
-    along = [np.repeat(delta_rad[rows].T, len(nodes), axis=1) for rows, nodes in zip(groups, steps, strict=True)]
-    empty = np.zeros((joints, 0))
-    torques = path_points(robot.model, np.concatenate([*points, empty], 1), np.concatenate([*along, empty], 1))
+    points, along = [np.zeros((joints, 0))], [np.zeros((joints, 0))]
+    for rows, nodes in zip(groups, steps, strict=True):
+        at = path.positions_rad(rows, nodes)
+        points.append(at.reshape(joints, -1))
+        along.append(np.broadcast_to(path.slopes_rad(rows, nodes).swapaxes(0, 1), at.shape).reshape(joints, -1))
+    torques = path_points(robot.mechanism, np.concatenate(points, 1), np.concatenate(along, 1))
     coefficients = np.zeros((motions, 3 * joints, width))
     limit_nodes = np.maximum(LIMIT_NODES, 2 * counts - LIMIT_NODES // 2 + 1)
     values = np.zeros((motions, 3 * joints, int(limit_nodes.max(initial=0))))
+    values_s = np.ones((motions, values.shape[2]))
     first = 0
     for rows, nodes in zip(groups, steps, strict=True):
         k = len(nodes)
@@ -167,4 +178,5 @@ def path_torques(robot: Robot, start_rad: Array, delta_rad: Array, count: int | 
         looked_at = chebyshev_nodes(int(limit_nodes[rows[0]]))
         at = np.matmul(series, chebyshev_basis(looked_at, k).T)
         values[rows, :, : len(looked_at)], values[rows, :, len(looked_at) :] = at, at[:, :, -1:]
-    return PathTorques(counts, coefficients, values)
+        values_s[rows, : len(looked_at)] = looked_at
+    return PathTorques(counts, coefficients, values, values_s)

@@ -16,15 +16,17 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, Index
 from robojoule.motion.controller import PathTiming
 from robojoule.motion.dynamics import PathTorques, chebyshev_basis, path_torques
+from robojoule.motion.path import Path, StraightPath
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
 from robojoule.motion.time_laws import PathLaw
-from robojoule.robots.drives import idle_power_w, mains_power_w
+from robojoule.robots.drives import DrivePowers, drive_powers, idle_power_w, mains_energy_j, mains_power_w
 from robojoule.robots.robot import Robot
 
 _BLOCK_RUNS = 4096  # runs integrated at once: bounds memory
 _CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in the processor's cache
-# The C library keeps freed memory only up to the size of the largest array that it has seen freed. Without one of this
-# size, work arrays would be mapped anew for every chunk, which costs a fifth of the time.
+# The C library of Linux keeps freed memory only up to twice the size of the largest array that it has seen freed.
+# Without one of this size, never touched, work arrays are mapped anew for every chunk, and `python -m
+# benchmarks.simulation` takes a fifth longer at ten speed limits, two fifths at 91.
 np.empty(4_000_000)
 
 
@@ -84,25 +86,8 @@ class MotionSamples:
     power_w: Array
 
 
-@dataclass(frozen=True)
-class PathPowers:
-    """Torques and powers at path states, M motions, P states, n joints.
-
-    Attributes:
-        torque_nm: Link-side joint torques incl. friction and rotor inertia, shape (M, P, n). [Nm]
-        friction_w: Power lost in joint friction, shape (M, P). [W]
-        copper_w: Power lost in motor copper, shape (M, P). [W]
-        bus_w: Power that the joints take from the DC bus, negative when they feed it, shape (M, P). [W]
-    """
-
-    torque_nm: Array
-    friction_w: Array
-    copper_w: Array
-    bus_w: Array
-
-
 class MotionPaths:
-    """Physics along M straight joint-space motions of one robot.
+    """Physics of M motions of one robot along joint-space paths, which are straight lines so far.
 
     Motions of zero length are allowed: they take no time and no energy.
 
@@ -115,12 +100,12 @@ class MotionPaths:
 
     def __init__(self, robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, controller: Robot | None = None) -> None:
         self.robot = robot
-        self.start_rad = np.atleast_2d(np.asarray(start_rad, dtype=float))
-        self.delta_rad = np.atleast_2d(np.asarray(end_rad, dtype=float)) - self.start_rad
+        self.path: Path = StraightPath.between(start_rad, end_rad)
+        self.start_rad, self.delta_rad = self.path.start_rad, self.path.delta_rad
         self.motions = len(self.start_rad)
-        self.torques: PathTorques = path_torques(robot, self.start_rad, self.delta_rad)
-        planned = self.torques if controller is None else path_torques(controller, self.start_rad, self.delta_rad)
-        self.timing = PathTiming(controller or robot, planned, self.delta_rad)
+        self.torques: PathTorques = path_torques(robot, self.path)
+        planned = self.torques if controller is None else path_torques(controller, self.path)
+        self.timing = PathTiming(controller or robot, planned, self.path)
         self.moving = self.timing.moving
 
     def subset(self, rows: Index | slice) -> MotionPaths:
@@ -219,9 +204,7 @@ class MotionPaths:
         surplus = drawn - integrals["bus"]
         return {
             "duration_s": duration_s,
-            "energy_j": (drives.base_power_w + drives.drive_active_power_w) * duration_s
-            + drawn / drives.inverter_efficiency
-            - drives.regeneration_efficiency * surplus,
+            "energy_j": mains_energy_j(drives, duration_s, drawn, integrals["bus"]),
             "potential_j": integrals["bus"] - integrals["friction"] - integrals["copper"],
             "friction_j": integrals["friction"],
             "copper_j": integrals["copper"],
@@ -231,7 +214,7 @@ class MotionPaths:
             "drive_active_j": drives.drive_active_power_w * duration_s,
         }
 
-    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> PathPowers:
+    def powers(self, rows: Index, s: Array, s1: Array, s2: Array) -> DrivePowers:
         """Torques and powers at path states (s, s', s'') of some motions.
 
         Args:
@@ -242,26 +225,17 @@ class MotionPaths:
         """
         drives, torques = self.robot.drives, self.torques
         count, joints = int(torques.counts[rows].max(initial=1)), self.robot.joint_count
-        delta = self.delta_rad[rows][:, :, None]
+        slope, turning = self.path.slopes_rad(rows, s), self.path.slope_series_rad(rows)
         coefficients = torques.coefficients[rows, :, :count]
-        coefficients[:, :joints, 0] += drives.reflected_inertia_kg_m2 * self.delta_rad[rows]
+        coefficients[:, :joints, : turning.shape[2]] += drives.reflected_inertia_kg_m2[:, None] * turning
         series = np.matmul(coefficients, chebyshev_basis(s, count).swapaxes(1, 2))
-        # Arrays of shape (M', n, P) keep states side by side; those of shape (M', P, n) below are views of such.
+        # Arrays of shape (M', n, P) keep states side by side; the law reads them as views of shape (M', P, n).
         load, centrifugal, gravity = (series[:, k * joints : (k + 1) * joints] for k in range(3))
         load *= s2[:, None]
         centrifugal *= (s1**2)[:, None]
         load += centrifugal
         load += gravity
-        velocity = delta * s1[:, None]
-        turned = [x.swapaxes(1, 2) for x in (np.sign(delta), velocity, load)]
-        friction = drives.friction_nm(*turned).swapaxes(1, 2)
-        torque = load
-        torque += friction
-        friction_w = np.einsum("mnp,mnp->mp", friction, velocity)
-        bus_w = np.einsum("mnp,mnp->mp", torque, velocity)
-        copper_w = np.einsum("n,mnp->mp", drives.copper_w_per_joint_nm2, torque**2)
-        bus_w += copper_w
-        return PathPowers(torque.swapaxes(1, 2), friction_w, copper_w, bus_w)
+        return drive_powers(drives, *(x.swapaxes(1, 2) for x in (np.sign(slope), slope * s1[:, None], load)))
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
         """Time series of one run at a fixed rate, plus the final instant."""

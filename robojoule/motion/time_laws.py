@@ -1,8 +1,8 @@
-"""Time laws along a straight joint-space path: jerk limited, from rest to rest, synchronised over the joints.
+"""Time laws along a joint-space path: jerk limited, from rest to rest, synchronised over the joints.
 
-A point-to-point motion moves q(s) = q0 + s (q1 - q0), s from 0 to 1. All joints share s(t), so one path coordinate with
-limits on its velocity, acceleration and jerk is the whole trajectory (KUKA PTP and UR movej are synchronised likewise).
-Ruckig computes single laws. From rest to rest the law is symmetric and known in closed form, which serves where many
+A motion moves along q(s), s from 0 to 1. All joints share s(t), so one path coordinate with limits on its velocity,
+acceleration and jerk is the whole trajectory (KUKA PTP and UR movej are synchronised likewise). Ruckig computes single
+laws where it is installed. From rest to rest the law is symmetric and known in closed form, which serves where many
 motions run at many speed limits at once: with acceleration a, jerk j = a / T_f and peak velocity v,
 
     T_a = v/a + T_f             if v >= a T_f,        else 2 sqrt(v/j)           (time to reach v from rest)
@@ -12,13 +12,15 @@ motions run at many speed limits at once: with acceleration a, jerk j = a / T_f 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cache
+from types import ModuleType
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from ruckig import InputParameter, Result, Ruckig, Trajectory
+from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
-from robojoule.errors import RobojouleError
+from robojoule.arrays import Array, Index
+from robojoule.errors import MissingPackage, RobojouleError
 
 ROUNDING = 1e-9  # a peak velocity counts as reached when the path is too short by less than this share
 PHASES = 7  # jerk up, constant acceleration, jerk down, cruise, and the mirror image
@@ -42,7 +44,7 @@ class PathLaw:
     velocity: Array
     position: Array
 
-    def of(self, rows: slice | NDArray[np.intp]) -> PathLaw:
+    def of(self, rows: slice | Index) -> PathLaw:
         """Some of many laws, by their first axis."""
         return PathLaw(*(getattr(self, field.name)[rows] for field in fields(self)))
 
@@ -74,51 +76,80 @@ class PathLaw:
         )
 
 
-def path_law(length: float, velocity: float, acceleration: float, jerk: float) -> PathLaw:
-    """Compute the law with Ruckig.
+def path_law(
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    filter_time_s: float,
+    *,
+    length_rad: float = 1.0,
+    engine: Literal["ruckig", "closed_form"] | None = None,
+) -> PathLaw:
+    """Fastest laws from rest to rest within limits of velocity, acceleration and jerk = acceleration / filter time.
 
     Args:
-        length: Length that scales the path coordinate, e.g. the largest joint change. [rad]
-        velocity: Largest path velocity. [1/s]
-        acceleration: Largest path acceleration. [1/s2]
-        jerk: Largest path jerk. [1/s3]
+        velocity: Largest path velocities, any shape; beyond what the path lets reach they change nothing. [1/s]
+        acceleration: Largest path accelerations, the same shape. [1/s2]
+        filter_time_s: Length of a full jerk phase. [s]
+        length_rad: Length that Ruckig computes with, e.g. the largest joint change: its tolerances have a scale. [rad]
+        engine: What computes them; if not given, Ruckig a single law where it is installed, many the closed form.
+
+    Returns:
+        The laws, with arrays of shape (..., 7).
 
     Raises:
+        MissingPackage: Ruckig is asked for and not installed.
         RobojouleError: Ruckig found no trajectory.
     """
-    problem = InputParameter(1)
-    problem.target_position = [length]
-    problem.max_velocity = [velocity * length]
-    problem.max_acceleration = [acceleration * length]
-    problem.max_jerk = [jerk * length]
-    trajectory = Trajectory(1)
-    result = Ruckig(1).calculate(problem, trajectory)
-    if result not in (Result.Working, Result.Finished):
+    v, a = np.asarray(velocity, dtype=float), np.asarray(acceleration, dtype=float)
+    if engine is None:
+        engine = "ruckig" if v.ndim == 0 and installed_ruckig() is not None else "closed_form"
+    if engine == "closed_form":
+        return _in_closed_form(v, a, filter_time_s)
+    laws = [_by_ruckig(*limits, filter_time_s, length_rad) for limits in zip(v.ravel(), a.ravel(), strict=True)]
+    arrays = (np.array([getattr(law, field.name) for law in laws]) for field in fields(PathLaw))
+    return PathLaw(*(array.reshape(*v.shape, PHASES) for array in arrays))
+
+
+@cache
+def installed_ruckig() -> ModuleType | None:
+    """The package Ruckig, None where it is not installed."""
+    try:
+        import ruckig as package
+    except ImportError:
+        return None
+    return package  # type: ignore[no-any-return]
+
+
+def _by_ruckig(velocity: float, acceleration: float, filter_time_s: float, length_rad: float) -> PathLaw:
+    package = installed_ruckig()
+    if package is None:
+        raise MissingPackage("a time law by Ruckig", "ruckig")
+    jerk = acceleration / filter_time_s
+    problem = package.InputParameter(1)
+    problem.target_position = [length_rad]
+    problem.max_velocity = [velocity * length_rad]
+    problem.max_acceleration = [acceleration * length_rad]
+    problem.max_jerk = [jerk * length_rad]
+    trajectory = package.Trajectory(1)
+    result = package.Ruckig(1).calculate(problem, trajectory)
+    if result not in (package.Result.Working, package.Result.Finished):
         raise RobojouleError(
-            f"Ruckig found no trajectory over {length:.6g} rad with velocity {velocity:.6g} 1/s, "
+            f"Ruckig found no trajectory over {length_rad:.6g} rad with velocity {velocity:.6g} 1/s, "
             f"acceleration {acceleration:.6g} 1/s2, jerk {jerk:.6g} 1/s3 ({result})"
         )
     profile = trajectory.profiles[0][0]
     return PathLaw(
         duration_s=np.asarray(profile.t),
-        jerk=np.asarray(profile.j) / length,
-        acceleration=np.asarray(profile.a)[:PHASES] / length,
-        velocity=np.asarray(profile.v)[:PHASES] / length,
-        position=np.asarray(profile.p)[:PHASES] / length,
+        jerk=np.asarray(profile.j) / length_rad,
+        acceleration=np.asarray(profile.a)[:PHASES] / length_rad,
+        velocity=np.asarray(profile.v)[:PHASES] / length_rad,
+        position=np.asarray(profile.p)[:PHASES] / length_rad,
     )
 
 
-def rest_to_rest_law(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:
-    """Laws of the unit path in closed form, jerk = acceleration / filter time.
-
-    Args:
-        velocity: Peak path velocities, which the path lets reach, any shape. [1/s]
-        acceleration: Largest path accelerations, the same shape. [1/s2]
-        filter_time_s: Length of a full jerk phase. [s]
-
-    Returns:
-        The laws, with arrays of shape (..., 7).
-    """
+def _in_closed_form(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:
+    top = reachable_velocity(acceleration, filter_time_s)
+    velocity = np.where(velocity > top * (1.0 + ROUNDING), top, velocity)
     jerk = acceleration / filter_time_s
     full = velocity >= acceleration * filter_time_s
     ramp = np.where(full, filter_time_s, np.sqrt(velocity / jerk))

@@ -1,4 +1,7 @@
-"""Arrays of a predictor as an `.npz` file with stable bytes, read without running any code of the file."""
+"""A predictor's folder: `predictor.json` says what it is, `predictor.npz` holds its arrays.
+
+Both have stable bytes: the same predictor gives the same files. No code of a file runs on reading.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,14 @@ from robojoule.errors import InputError
 Arrays = dict[str, np.ndarray[Any, Any]]
 Made = TypeVar("Made")
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the zip format's earliest date: no file may tell when it was written
+DESCRIPTION = "predictor.json"
+ARRAYS = "predictor.npz"
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Write arrays; the same arrays in the same order give the same bytes."""
-    with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy", _EPOCH), "w", force_zip64=True) as entry:
-                np.lib.format.write_array(entry, np.ascontiguousarray(array), allow_pickle=False)
+    """Write arrays by name."""
+    with atomic_path(path) as temporary:
+        np.savez(temporary, allow_pickle=False, **arrays)
 
 
 def read_arrays(path: Path, assemble: Callable[[Arrays], Made]) -> Made:
@@ -41,12 +43,12 @@ def read_arrays(path: Path, assemble: Callable[[Arrays], Made]) -> Made:
             arrays = {name: stored[name] for name in stored.files}
         for name, array in arrays.items():
             if not np.isfinite(array).all():
-                raise ValueError(f"the array '{name}' holds values that are no finite numbers")
+                raise ValueError(f"the array '{name}' holds values that are not finite numbers")
         return assemble(arrays)
     except FileNotFoundError:
         raise InputError("there is no such file", file=path) from None
     except KeyError as error:
         raise InputError(f"the array {error} is missing", file=path) from None
-    except (OSError, EOFError, ValueError, IndexError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
         first = " ".join(str(error).split())
-        raise InputError(f"the file holds no predictor ({first})", file=path) from None
+        raise InputError(f"the file does not hold a predictor ({first})", file=path) from None

@@ -1,39 +1,45 @@
-"""Profile predictors as files: `NAME.json` says what, `NAME.npz` holds the arrays; both have stable bytes."""
+"""Profile predictors as folders of two files, see `robojoule.profile.array_file`."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
-from robojoule.calibration.runs import Calibration
+from robojoule.calibration.run_fit import Calibration
+from robojoule.calibration.run_model import run_parameters
 from robojoule.documents import Document, load, write_document
-from robojoule.profile.array_file import Arrays, read_arrays, write_arrays
+from robojoule.profile.array_file import ARRAYS, DESCRIPTION, Arrays, read_arrays, write_arrays
 from robojoule.profile.predicted import ProfilePredictor
-from robojoule.profile.residual import Residual
+from robojoule.profile.residual import Residual, no_residual
+from robojoule.robots.drives import DriveParameters
 
 NonNegative = Annotated[float, Field(ge=0)]
 _NOMINAL = "nominal_"
 
 
 class ProfilePredictorFile(Document):
-    """`NAME.json` of a profile predictor."""
+    """`predictor.json` of a profile predictor."""
 
     format: Literal["robojoule-profile-predictor"] = "robojoule-profile-predictor"
-    format_version: Literal[1] = 1
+    format_version: Literal[2] = 2
     robot: str = Field(min_length=1, description="Catalog entry that the predictor was fitted to.")
-    noise: NonNegative = Field(description="Relative error of the measured energies. [-]")
+    note: str = Field(min_length=1, description="What the predictor rests on.")
+    noise: NonNegative = Field(description="Relative error of the observed energies. [-]")
     state_spread: NonNegative = Field(description="Log-normal spread of viscous friction over trees. [-]")
-    interval: NonNegative = Field(description="Deviations to either side that hold 90 % of the measurements. [-]")
+    interval: NonNegative = Field(description="Deviations to either side that hold 90 % of the observed energies. [-]")
     residual_gain: float = Field(description="Share of the squared residual that the correction takes away. [-]")
 
 
-def export_profile_predictor(predictor: ProfilePredictor, path: str | Path) -> None:
-    """Write a predictor as `path` with the suffixes `.json` and `.npz`; the same predictor gives the same bytes."""
-    path = Path(path)
-    arrays = {f"{_NOMINAL}{name}": value for name, value in sorted(predictor.nominal.items())} | {
+def save_profile_predictor(predictor: ProfilePredictor, folder: str | Path) -> None:
+    """Write a predictor; the same predictor gives the same bytes."""
+    folder = Path(folder)
+    arrays = {f"{_NOMINAL}{name}": np.asarray(value, dtype=float) for name, value in vars(predictor.nominal).items()}
+    arrays |= {
         "directions": predictor.directions,
         "unknowns": predictor.calibration.x,
         "covariance": predictor.calibration.covariance,
@@ -41,40 +47,41 @@ def export_profile_predictor(predictor: ProfilePredictor, path: str | Path) -> N
         "residual_scale": predictor.residual.scale,
         "residual_weights": predictor.residual.weights,
     }
-    write_arrays(path.with_suffix(".npz"), arrays)
     described = ProfilePredictorFile(
         robot=predictor.robot,
+        note=predictor.note,
         noise=predictor.calibration.noise,
         state_spread=predictor.calibration.state_spread,
         interval=predictor.interval,
         residual_gain=predictor.residual.gain,
     )
-    write_document(path.with_suffix(".json"), described.model_dump(mode="json"))
+    write_arrays(folder / ARRAYS, arrays)
+    write_document(folder / DESCRIPTION, described.model_dump(mode="json"))
 
 
-def load_profile_predictor(path: str | Path) -> ProfilePredictor:
-    """Read a predictor written by `export_profile_predictor`; no code of the file runs.
-
-    Args:
-        path: The file, with suffix `.json`, `.npz` or none.
+def load_profile_predictor(folder: str | Path) -> ProfilePredictor:
+    """Read a predictor written by `save_profile_predictor`; no code of the files runs.
 
     Raises:
         InputError: A file is missing, truncated or does not hold a profile predictor.
     """
-    path = Path(path)
-    described = load(ProfilePredictorFile, path.with_suffix(".json"))
-    return read_arrays(path.with_suffix(".npz"), partial(_assemble, described))
+    folder = Path(folder)
+    described = load(ProfilePredictorFile, folder / DESCRIPTION)
+    return read_arrays(folder / ARRAYS, partial(_assemble, described))
 
 
 def _assemble(described: ProfilePredictorFile, arrays: Arrays) -> ProfilePredictor:
-    nominal = {name.removeprefix(_NOMINAL): array for name, array in arrays.items() if name.startswith(_NOMINAL)}
-    joints, directions = len(nominal["gear_ratio"]), arrays["directions"]
-    if directions.ndim != 2 or len(directions) != 10 * joints:
+    figures = {field.name: arrays[f"{_NOMINAL}{field.name}"] for field in fields(DriveParameters)}
+    joints, directions = np.shape(figures["gear_ratio"]), arrays["directions"]
+    if len(joints) != 1 or any(figure.shape not in ((), joints) for figure in figures.values()):
+        raise ValueError("the figures of the drives do not fit together")
+    if directions.ndim != 2 or len(directions) != 10 * joints[0]:
         raise ValueError(f"the inertial directions have shape {directions.shape}")
-    size = 3 + 5 * joints + directions.shape[1]
-    features = 1 + 5 * joints
+    values: dict[str, Any] = {name: figure if figure.ndim else float(figure) for name, figure in figures.items()}
+    nominal = DriveParameters(**values)
+    size, features = run_parameters(nominal, directions).size, no_residual(joints[0]).mean.shape
     shapes = {"unknowns": (size,), "covariance": (size, size)}
-    shapes |= {f"residual_{name}": (features,) for name in ("mean", "scale", "weights")}
+    shapes |= {f"residual_{name}": features for name in ("mean", "scale", "weights")}
     for name, shape in shapes.items():
         if arrays[name].shape != shape:
             raise ValueError(f"the array '{name}' has shape {arrays[name].shape} instead of {shape}")
@@ -82,4 +89,6 @@ def _assemble(described: ProfilePredictorFile, arrays: Arrays) -> ProfilePredict
         arrays["residual_mean"], arrays["residual_scale"], arrays["residual_weights"], described.residual_gain
     )
     calibration = Calibration(arrays["unknowns"], arrays["covariance"], described.noise, described.state_spread, {})
-    return ProfilePredictor(described.robot, nominal, directions, calibration, residual, described.interval)
+    return ProfilePredictor(
+        described.robot, nominal, directions, calibration, residual, described.interval, described.note
+    )

@@ -1,4 +1,4 @@
-"""What physics leaves over: a ridge regression of the relative residual on the elasticities of the energy.
+"""What physics leaves over: a linear correction of the energy by its elasticities.
 
 Where physics says that energy hangs on a joint's friction, a wrong form of friction shows: the features are the
 elasticities of the energy (dE/E over dp/p) of friction, copper and load friction, joint by joint, those of friction
@@ -11,14 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robojoule.arrays import Array
-
-PENALTIES = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
-_FOLDS = 5
-_LEAST_GAIN = 0.002  # relative gain of the mean squared error for which a correction is worth its risk
-_FEWEST_TREES = 10
+from robojoule.calibration.parameters import ParameterVector
+from robojoule.calibration.run_model import RunEvaluation
+from robojoule.motion.path_integrals import PathIntegrals
 
 
 @dataclass(frozen=True)
@@ -44,55 +41,31 @@ class Residual:
         return np.asarray(1.0 + (features - self.mean) / self.scale @ self.weights)
 
 
-def fit_residual(features: Array, relative: Array, tree: NDArray[np.intp]) -> Residual:
-    """Fit a correction, or none where cross-validation by tree does not ask for one.
+def no_residual(joints: int) -> Residual:
+    """No correction of the energies of an arm with so many joints."""
+    width = 1 + 5 * joints
+    return Residual(np.zeros(width), np.ones(width), np.zeros(width), 0.0)
+
+
+def residual_features(vector: ParameterVector, integrals: PathIntegrals, found: RunEvaluation) -> Array:
+    """Features of runs, shape (M, S, k).
 
     Args:
-        features: Shape (R, k).
-        relative: Measured over predicted energy, less 1, shape (R,). [-]
-        tree: Tree of each run, shape (R,).
+        vector: Parameters of the model.
+        integrals: Path integrals of the runs.
+        found: The model at some parameters.
     """
-    mean, scale = features.mean(axis=0), features.std(axis=0) + 1e-6
-    none = Residual(mean, scale, np.zeros(features.shape[1]), 0.0)
-    trees = np.unique(tree)
-    if len(trees) < _FEWEST_TREES:
-        return none
-    limit = 4.0 * 1.4826 * float(np.median(np.abs(relative))) + 1e-9
-    clipped = np.clip(relative, -limit, limit)
-    design = (features - mean) / scale
-    fold = np.searchsorted(trees, tree) % _FOLDS
-    errors = {}
-    for penalty in PENALTIES:
-        predicted = np.zeros_like(clipped)
-        for held in range(_FOLDS):
-            weights = _ridge(design[fold != held], clipped[fold != held], penalty)
-            predicted[fold == held] = design[fold == held] @ weights
-        errors[penalty] = float(((clipped - predicted) ** 2).mean())
-    best = min(errors, key=lambda penalty: errors[penalty])
-    gain = 1.0 - errors[best] / float((clipped**2).mean())
-    return Residual(mean, scale, _ridge(design, clipped, best), gain) if gain > _LEAST_GAIN else none
-
-
-def _ridge(design: Array, target: Array, penalty: float) -> Array:
-    normal = design.T @ design + penalty * len(design) * np.eye(design.shape[1]) * 1e-1
-    return np.asarray(np.linalg.solve(normal, design.T @ target))
-
-
-def residual_features(elasticity: dict[str, Array], peak_speed: Array) -> Array:
-    """Features of runs.
-
-    Args:
-        elasticity: Elasticities "base" (..., 1), "coulomb", "viscous", "copper", "load_friction" (..., n). [-]
-        peak_speed: Peak joint speeds over their limits, shape (..., n). [-]
-    """
-    pace = np.log(np.maximum(peak_speed, 1e-3))
+    scale = np.where(found.energy_j > 0.0, found.energy_j, 1.0)[..., None]
+    elasticity = {part.figure: found.energy_jacobian[..., vector.part(part.name)] / scale for part in vector.groups}
+    speed = integrals.peak_velocity[..., None] * np.abs(integrals.delta_rad)[:, None, :]
+    pace = np.log(np.maximum(speed / integrals.robot.velocity_rad_s, 1e-3))
     return np.concatenate(
         [
-            elasticity["base"],
-            elasticity["coulomb"],
-            elasticity["viscous"],
-            elasticity["viscous"] * pace,
-            elasticity["copper"],
+            elasticity["base_power_w"],
+            elasticity["coulomb_nm"],
+            elasticity["viscous_nm_s_per_rad"],
+            elasticity["viscous_nm_s_per_rad"] * pace,
+            elasticity["copper_w_per_nm2"],
             elasticity["load_friction"],
         ],
         axis=-1,

@@ -16,19 +16,18 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 from robojoule.robots.robot import PAYLOAD_DENSITY_KG_M3, Robot
-from robojoule.robots.robot_file import CapsuleFile, JointFile, RobotFile
+from robojoule.robots.robot_file import CapsuleFile, RobotFile
 
 FLOOR = "the floor"
 TOOL = "the payload"
 PATH_STEP_RAD = float(np.radians(2.0))
 
 # Radius of derived capsules as a share of the arm's reach, at the base and at the last link. The drawings of 6-axis
-# arms of 1 to 2 m reach lie close to it: the column 7-9 %, the upper arm 5-7 %, the wrist 4 % of the reach.
+# arms of 1 to 2 m reach are close to it: the column 7-9 %, the upper arm 5-7 %, the wrist 4 % of the reach.
 BASE_RADIUS_SHARE = 0.075
 WRIST_RADIUS_SHARE = 0.04
 _SHORTEST_CAPSULE_M = 1e-3
@@ -50,11 +49,6 @@ class CollisionModel:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self.names, self._bodies, self._ends_m, self._radii_m = _capsules(robot)
-        self._joint_matrices = [
-            _joint_matrices(joint, placement.rotation)
-            for joint, placement in zip(robot.file.moving_joints, robot.model.jointPlacements[1:], strict=True)
-        ]
-        self._offsets_m = [np.array(placement.translation) for placement in robot.model.jointPlacements[1:]]
         candidates = [
             pair for pair in combinations(range(len(self.names)), 2) if abs(np.diff(self._bodies[list(pair)])[0]) > 1
         ]
@@ -88,18 +82,11 @@ class CollisionModel:
             Shape (K, 2, N, 3). [m]
         """
         q = np.atleast_2d(np.asarray(q, dtype=float))
-        rotations = np.empty((self._robot.joint_count + 1, len(q), 3, 3))
-        positions = np.empty((self._robot.joint_count + 1, len(q), 3))
-        rotations[0], positions[0] = np.eye(3), 0.0
-        sine, versine = np.sin(q), 1.0 - np.cos(q)
-        for joint, ((constant, along_sine, along_versine), offset) in enumerate(
-            zip(self._joint_matrices, self._offsets_m, strict=True)
-        ):
-            turn = constant + sine[:, joint, None, None] * along_sine + versine[:, joint, None, None] * along_versine
-            rotations[joint + 1] = rotations[joint] @ turn
-            positions[joint + 1] = positions[joint] + rotations[joint] @ offset
-        turned = self._ends_m[:, None] @ np.swapaxes(rotations[self._bodies], -1, -2)  # (K, N, 2, 3)
-        return np.asarray(np.swapaxes(turned, 1, 2) + positions[self._bodies][:, None])
+        rotations, origins = (part[self._bodies] for part in self._robot.mechanism.body_placements(q))
+        points = self._ends_m[..., None]  # (K, 2, 3, 1)
+        turned = [rotations[:, None, :, j] * points[:, :, j, None] for j in range(3)]  # (K, 2, 3, N) each
+        ends = turned[0] + turned[1] + turned[2] + origins[:, None]
+        return np.asarray(np.swapaxes(ends, 2, 3))
 
     def clearances_m(self, q: ArrayLike) -> Array:
         """Distance between the surfaces of what is checked; negative or zero where they touch.
@@ -214,18 +201,16 @@ def derive_capsules(file: RobotFile) -> dict[str, list[CapsuleFile]]:
         file: Robot file; its own capsules are not looked at.
 
     Returns:
-        Capsules per link, in link axes, as they stand in a robot file.
+        Capsules per link, in link axes, as in a robot file.
     """
-    robot = Robot(file)
-    joints = file.moving_joints
-    placements = [*robot.model.jointPlacements[1:], robot.tool_in_joint]
-    ends = [np.array(placement.translation) for placement in placements]
+    mechanism, joints = Robot(file).mechanism, file.moving_joints
+    placements = [*mechanism.placements, mechanism.tool]
+    ends = [placement.origin_m for placement in placements]
     reach_m = float(sum(np.linalg.norm(end) for end in ends[min(2, len(joints)) :]))
     shares = np.linspace(BASE_RADIUS_SHARE, WRIST_RADIUS_SHARE, len(ends))
-    vertical = placements[0].rotation @ _unit_axis(joints[0])
+    vertical = placements[0].rotation @ mechanism.axes[0]
     if len(joints) > 1 and abs(vertical[2]) > 0.999:
-        second = placements[0] * placements[1]
-        ends[0] = np.array([*ends[0][:2], second.translation[2]])
+        ends[0] = np.array([*ends[0][:2], placements[0].at(ends[1])[2]])
     capsules: dict[str, list[CapsuleFile]] = {}
     for link, end, share in zip([file.root_link, *(joint.child for joint in joints)], ends, shares, strict=True):
         if np.linalg.norm(end) >= _SHORTEST_CAPSULE_M:
@@ -239,31 +224,18 @@ def _capsules(robot: Robot) -> tuple[tuple[str, ...], np.ndarray[tuple[int], np.
     """Names (K), body indices (K), segment ends in body axes (K, 2, 3) and radii (K) of a robot with its payload."""
     names, bodies, ends, radii = [], [], [], []
     for link, capsules in (robot.file.capsules or derive_capsules(robot.file)).items():
-        body, placement = robot.link_anchors[link]
+        body, placement = robot.mechanism.anchors[link]
         for capsule in capsules:
             names.append(link)
             bodies.append(body)
-            ends.append([placement.act(np.array(capsule.from_m)), placement.act(np.array(capsule.to_m))])
+            ends.append([placement.at(capsule.from_m), placement.at(capsule.to_m)])
             radii.append(capsule.radius_m)
     if robot.payload.mass_kg > 0:
-        tool: pin.SE3 = robot.tool_in_joint
         names.append(TOOL)
-        bodies.append(robot.tool_joint)
-        ends.append([tool.act(np.array(robot.payload.com_m))] * 2)
+        bodies.append(robot.mechanism.tool_body)
+        ends.append([robot.mechanism.tool.at(robot.payload.com_m)] * 2)
         radii.append(float((3.0 * robot.payload.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)))
     return tuple(names), np.array(bodies, dtype=np.intp), np.array(ends, dtype=float).reshape(-1, 2, 3), np.array(radii)
-
-
-def _joint_matrices(joint: JointFile, placement: Array) -> tuple[Array, Array, Array]:
-    """Constant, sine and versine parts of a joint's rotation (Rodrigues), behind its fixed placement."""
-    x, y, z = _unit_axis(joint)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.array(placement), placement @ cross, placement @ cross @ cross
-
-
-def _unit_axis(joint: JointFile) -> Array:
-    axis = np.asarray(joint.axis, dtype=float)
-    return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _dot(a: Array, b: Array) -> Array:

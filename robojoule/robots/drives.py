@@ -13,6 +13,14 @@ that accelerates. What the bus cannot use burns in the brake chopper (or partly 
 with eta the inverter efficiency, rho the regeneration efficiency (0 for a plain chopper), P_base the controller's base
 power and P_active the constant power of active drives while moving. At rest, friction holds nothing and motors hold
 gravity: P_idle(q) = P_base + sum_j k_j (g_j(q) / i_j)^2 / eta.
+
+With l_j the torque that the gear transmits (rigid body and rotor) and s_j the direction of the motion, friction adds
+
+    tau_j = l_j + s_j (C_j + mu_j |l_j|) + B_j qd_j .
+
+This is the one place of the law and of its derivatives. Simulation, path integrals and logs differ only in where their
+states come from and in how they sum over time: P_bus vanishes where its sign changes, so derivatives of what the mains
+deliver are sums of those of P_bus with weight 1 / eta while it is drawn and rho while it is fed back.
 """
 
 from __future__ import annotations
@@ -20,8 +28,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
+
+Gradient = dict[str, Array]
+"""Derivatives of powers [W] or energies [J] by the names of `DriveParameters`."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +97,74 @@ class DriveParameters:
         return self.copper_w_per_nm2 / self.gear_ratio**2
 
 
+@dataclass(frozen=True)
+class DrivePowers:
+    """Torques and powers of drives in some states, n joints.
+
+    Attributes:
+        torque_nm: Link-side torques incl. friction and rotor inertia, shape (..., n). [Nm]
+        friction_w: Power lost in joint friction, shape (...). [W]
+        copper_w: Power lost in motor copper, shape (...). [W]
+        bus_w: Power that the joints take from the DC bus, negative when they feed it, shape (...). [W]
+    """
+
+    torque_nm: Array
+    friction_w: Array
+    copper_w: Array
+    bus_w: Array
+
+
+def drive_powers(drives: DriveParameters, direction: Array, velocity_rad_s: Array, load_nm: Array) -> DrivePowers:
+    """From transmitted torques to the power on the bus; arguments as for `DriveParameters.friction_nm`."""
+    friction = drives.friction_nm(direction, velocity_rad_s, load_nm)
+    friction_w = np.einsum("...n,...n->...", friction, velocity_rad_s)
+    torque = np.add(load_nm, friction, out=friction)
+    return DrivePowers(torque, friction_w, *copper_and_bus_w(drives, torque, velocity_rad_s))
+
+
+def copper_and_bus_w(drives: DriveParameters, torque_nm: Array, velocity_rad_s: Array) -> tuple[Array, Array]:
+    """Copper loss and bus power of drive torques.
+
+    Args:
+        drives: Drive parameters.
+        torque_nm: Link-side torques of the drives, shape (..., n). [Nm]
+        velocity_rad_s: Joint velocities, shape (..., n). [rad/s]
+
+    Returns:
+        Power lost in motor copper and power taken from the DC bus, each of shape (...). [W]
+    """
+    bus = np.einsum("...n,...n->...", torque_nm, velocity_rad_s)
+    copper = np.einsum("n,...n->...", drives.copper_w_per_joint_nm2, torque_nm**2)
+    bus += copper
+    return copper, bus
+
+
+def bus_gradient(
+    drives: DriveParameters, direction: Array, velocity_rad_s: Array, load_nm: Array, torque_nm: Array, weight: Array
+) -> tuple[Gradient, Array]:
+    """Derivatives of the weighted bus power, of `DriveParameters`' own friction.
+
+    Args:
+        drives: Drive parameters.
+        direction: See `DriveParameters.friction_nm`.
+        velocity_rad_s: Likewise.
+        load_nm: Likewise.
+        torque_nm: Drive torques of these states, see `drive_powers`. [Nm]
+        weight: Weight of each state, shape (..., 1).
+
+    Returns:
+        Those after the figures of each joint, and those after the transmitted torques, all of shape (..., n).
+    """
+    along = weight * (velocity_rad_s + 2.0 * drives.copper_w_per_joint_nm2 * torque_nm)
+    gradient = {
+        "coulomb_nm": along * direction,
+        "viscous_nm_s_per_rad": along * velocity_rad_s,
+        "load_friction": along * direction * np.abs(load_nm),
+        "copper_w_per_nm2": weight * (torque_nm / drives.gear_ratio) ** 2,
+    }
+    return gradient, along * (1.0 + drives.load_friction * direction * np.sign(load_nm))
+
+
 def idle_power_w(drives: DriveParameters, gravity_nm: Array) -> Array:
     """Mains power at rest while holding gravity.
 
@@ -96,19 +176,63 @@ def idle_power_w(drives: DriveParameters, gravity_nm: Array) -> Array:
         Idle power, shape (...). [W]
     """
     copper = gravity_nm**2 @ drives.copper_w_per_joint_nm2
-    return np.asarray(drives.base_power_w + copper / drives.inverter_efficiency)
+    return mains_energy_j(drives, 1.0, copper, copper, active=0.0)
 
 
-def mains_power_w(drives: DriveParameters, bus_power_w: Array) -> Array:
-    """Mains power while moving.
+def mains_power_w(drives: DriveParameters, bus_power_w: Array, active: ArrayLike = 1.0) -> Array:
+    """Mains power.
 
     Args:
         drives: Drive parameters.
         bus_power_w: Sum of the joints' electrical power, shape (...). [W]
+        active: 1 while the robot moves, 0 while it stands. [-]
 
     Returns:
         Mains power, shape (...). [W]
     """
-    drawn = np.maximum(bus_power_w, 0.0) / drives.inverter_efficiency
-    returned = drives.regeneration_efficiency * np.maximum(-bus_power_w, 0.0)
-    return np.asarray(drives.base_power_w + drives.drive_active_power_w + drawn - returned)
+    return mains_energy_j(drives, 1.0, np.maximum(bus_power_w, 0.0), bus_power_w, active)
+
+
+def mains_energy_j(
+    drives: DriveParameters, duration_s: ArrayLike, drawn_j: Array, bus_j: Array, active: ArrayLike = 1.0
+) -> Array:
+    """Mains energy of a stretch of time, or mains power where the duration is 1.
+
+    Args:
+        drives: Drive parameters.
+        duration_s: Its length, shape (...). [s]
+        drawn_j: Integral of the positive part of the bus power, shape (...). [J]
+        bus_j: Integral of the bus power, shape (...). [J]
+        active: Share of the time in which the robot moves. [-]
+
+    Returns:
+        Energy, shape (...). [J]
+    """
+    steady = (drives.base_power_w + drives.drive_active_power_w * np.asarray(active)) * np.asarray(duration_s)
+    returned = drives.regeneration_efficiency * (drawn_j - bus_j)
+    return np.asarray(steady + drawn_j / drives.inverter_efficiency - returned)
+
+
+def mains_gradient(
+    drives: DriveParameters, duration_s: ArrayLike, drawn_j: Array, bus_j: Array, active: ArrayLike = 1.0
+) -> Gradient:
+    """Derivatives of `mains_energy_j` after the figures that all joints share, each of shape (...)."""
+    duration = np.asarray(duration_s)
+    return {
+        "base_power_w": duration,
+        "drive_active_power_w": np.asarray(active) * duration,
+        "inverter_efficiency": -drawn_j / drives.inverter_efficiency**2,
+        "regeneration_efficiency": bus_j - drawn_j,
+    }
+
+
+def mains_weight(drives: DriveParameters, time: ArrayLike, drawing: Array) -> Array:
+    """Derivative of `mains_energy_j` after the bus power of an instant.
+
+    Args:
+        drives: Drive parameters.
+        time: Weight of the instant in integrals over time.
+        drawing: Its weight in integrals over the times at which the bus draws power.
+    """
+    returned = drives.regeneration_efficiency
+    return np.asarray(returned * np.asarray(time) + (1.0 / drives.inverter_efficiency - returned) * drawing)

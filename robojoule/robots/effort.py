@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from robojoule.arrays import Array
+from robojoule.robots.recursion import mass_diagonal, path_points
 from robojoule.robots.robot import Payload, Robot
 from robojoule.robots.robot_file import RobotFile
 
@@ -78,10 +78,8 @@ def needs(file: RobotFile) -> tuple[Array, Array]:
     robot = Robot(file, Payload(file.rated_payload_kg, PAYLOAD_COM_M))
     rng = np.random.default_rng(0)
     configurations = rng.uniform(robot.lower_rad, robot.upper_rad, (_CONFIGURATIONS, robot.joint_count))
-    data = robot.model.createData()
-    gravity = [pin.computeGeneralizedGravity(robot.model, data, q) for q in configurations]
-    inertia = [np.diag(pin.crba(robot.model, data, q)) for q in configurations]
-    return np.abs(gravity).max(axis=0), np.max(inertia, axis=0)
+    gravity = path_points(robot.mechanism, configurations.T, np.zeros_like(configurations.T))[2]
+    return np.abs(gravity).max(axis=1), mass_diagonal(robot.mechanism, configurations).max(axis=0)
 
 
 def limits(file: RobotFile) -> tuple[Array, Array]:

@@ -1,20 +1,21 @@
-"""The robot: kinematics, limits and link inertia in a Pinocchio model, drives beside it."""
+"""The robot: its mechanism, limits and drives, and what it carries."""
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
-from functools import cached_property
 from numbers import Real
+from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, frozen
 from robojoule.errors import InputError
-from robojoule.robots.bodies import check_moving_bodies
 from robojoule.robots.drives import DriveParameters
-from robojoule.robots.robot_file import JointFile, LinkFile, RobotFile
+from robojoule.robots.mechanism import Mechanism, assemble
+from robojoule.robots.rigid_body import RigidBody
+from robojoule.robots.robot_file import RobotFile
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
 LIMIT_TOLERANCE_RAD = 1e-9  # rounding of degrees to radians must not push a joint over its limit
@@ -52,23 +53,10 @@ class Payload:
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 
-
-def _placement(xyz: ArrayLike, rpy: tuple[float, float, float]) -> pin.SE3:
-    return pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.asarray(xyz, dtype=float))
-
-
-def _link_inertia(link: LinkFile, name: str, source: str) -> pin.Inertia:
-    i = link.inertia_kg_m2
-    matrix = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    moments = np.linalg.eigvalsh(matrix)
-    if moments[0] < 0:  # no sum of links can mend that
-        shown = ", ".join(f"{moment:.3g}" for moment in moments)
-        raise InputError(
-            f"the inertia of link '{name}' is not positive definite (principal moments {shown} kg m2)",
-            file=source,
-            key=f"links.{name}",
-        )
-    return pin.Inertia(link.mass_kg, np.asarray(link.com_m, dtype=float), matrix)
+    @property
+    def body(self) -> RigidBody:
+        """The payload as a body in the tool frame."""
+        return RigidBody(self.mass_kg, np.asarray(self.com_m, dtype=float), self.rotational_inertia_kg_m2())
 
 
 class Robot:
@@ -93,65 +81,29 @@ class Robot:
         joints = file.moving_joints
         self.joint_names: tuple[str, ...] = tuple(joint.name for joint in joints)
         self.joint_count = len(joints)
-        self.lower_rad = _frozen([joint.lower_rad for joint in joints])
-        self.upper_rad = _frozen([joint.upper_rad for joint in joints])
-        self.velocity_rad_s = _frozen([joint.velocity_rad_s for joint in joints])
-        self.effort_nm = _frozen([joint.effort_nm for joint in joints])
-        self.home_rad = _frozen(file.home_rad)
+        limits = [(joint.lower_rad, joint.upper_rad, joint.velocity_rad_s, joint.effort_nm) for joint in joints]
+        columns = (frozen(column) for column in np.array(limits, dtype=float).T)
+        self.lower_rad, self.upper_rad, self.velocity_rad_s, self.effort_nm = columns
+        self.home_rad = frozen(file.home_rad)
         self.drives = _drives(file, self.joint_names)
-        self.model = self._build_model()
+        self.mechanism = assemble(file, self.source)
+        if self.payload.mass_kg > 0:
+            self.mechanism = self.mechanism.with_load(self.payload.body)
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.joint_count} joints, payload {self.payload.mass_kg:g} kg)"
 
-    def _build_model(self) -> pin.Model:
-        """Build the Pinocchio model; links behind fixed joints are merged into the moving link before them."""
-        file, model = self.file, pin.Model()
-        model.name = file.name
-        anchors: dict[str, tuple[int, pin.SE3]] = {file.root_link: (0, pin.SE3.Identity())}
-        pending = list(file.joints)
-        while pending:
-            joint = next((j for j in pending if j.parent in anchors), None)
-            if joint is None:
-                raise InputError(
-                    f"joint '{pending[0].name}' hangs on link '{pending[0].parent}', "
-                    f"which does not hang on the root link '{file.root_link}'",
-                    file=self.source,
-                    key="joints",
-                )
-            pending.remove(joint)
-            parent, offset = anchors[joint.parent]
-            placement = offset * _placement(joint.origin_xyz_m, joint.origin_rpy_rad)
-            if joint.type == "fixed":
-                anchors[joint.child] = (parent, placement)
-            else:
-                index = model.addJoint(parent, _joint_model(joint), placement, joint.name)
-                anchors[joint.child] = (index, pin.SE3.Identity())
-            link = file.links[joint.child]
-            if link is not None and link.mass_kg > 0:
-                owner, at = anchors[joint.child]
-                model.appendBodyToJoint(owner, _link_inertia(link, joint.child, self.source), at)
-        if file.tool.parent not in anchors:
-            raise InputError(
-                f"the tool's parent '{file.tool.parent}' hangs on no joint", file=self.source, key="tool.parent"
-            )
-        check_moving_bodies(file, anchors, model, self.source)
-        owner, at = anchors[file.tool.parent]
-        tool = at * _placement(file.tool.origin_xyz_m, file.tool.origin_rpy_rad)
-        self.tool_joint, self.tool_in_joint = owner, tool
-        self.link_anchors = anchors
-        if self.payload.mass_kg > 0:
-            inertia = pin.Inertia(
-                self.payload.mass_kg,
-                np.asarray(self.payload.com_m, dtype=float),
-                self.payload.rotational_inertia_kg_m2(),
-            )
-            model.appendBodyToJoint(owner, inertia, tool)
-        return model
+    @property
+    def model(self) -> Any:
+        """The arm as a Pinocchio model; see `Mechanism.model`."""
+        return self.mechanism.model
 
-    @cached_property
-    def _data(self) -> pin.Data:
-        return self.model.createData()
+    def variant(self, *, drives: DriveParameters | None = None, mechanism: Mechanism | None = None) -> Robot:
+        """The robot with other drives or another mechanism, everything else shared."""
+        variant = copy.copy(self)
+        variant.drives = drives if drives is not None else self.drives
+        variant.mechanism = mechanism if mechanism is not None else self.mechanism
+        return variant
 
     def check_configuration(self, q: ArrayLike, where: str = "configuration") -> Array:
         """Check a joint configuration.
@@ -194,41 +146,18 @@ class Robot:
         Returns:
             Positions (N, 3) [m] and orientations (N, 4) as unit quaternions w, x, y, z with w >= 0.
         """
-        configurations = np.atleast_2d(np.asarray(q, dtype=float))
-        positions = np.empty((len(configurations), 3))
-        orientations = np.empty((len(configurations), 4))
-        for row, configuration in enumerate(configurations):
-            pin.forwardKinematics(self.model, self._data, configuration)
-            placement = self._data.oMi[self.tool_joint] * self.tool_in_joint
-            positions[row] = placement.translation
-            x, y, z, w = pin.Quaternion(placement.rotation).coeffs()
-            orientations[row] = np.array([w, x, y, z]) * (1.0 if w >= 0 else -1.0)
-        return positions, orientations
-
-
-def _joint_model(joint: JointFile) -> pin.JointModel:
-    axis = np.asarray(joint.axis, dtype=float)
-    axis = axis / np.linalg.norm(axis)
-    aligned = {(1, 0, 0): pin.JointModelRX, (0, 1, 0): pin.JointModelRY, (0, 0, 1): pin.JointModelRZ}
-    kind = aligned.get(tuple(axis.tolist()))
-    return kind() if kind else pin.JointModelRevoluteUnaligned(axis)
-
-
-def _frozen(values: object) -> Array:
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
+        return self.mechanism.tool_placements(np.atleast_2d(np.asarray(q, dtype=float)))
 
 
 def _drives(file: RobotFile, joint_names: tuple[str, ...]) -> DriveParameters:
     drives = file.drives
     joints = [drives.joints[name] for name in joint_names]
     return DriveParameters(
-        gear_ratio=_frozen([joint.gear_ratio for joint in joints]),
-        rotor_inertia_kg_m2=_frozen([joint.rotor_inertia_kg_m2 for joint in joints]),
-        coulomb_nm=_frozen([joint.coulomb_nm for joint in joints]),
-        viscous_nm_s_per_rad=_frozen([joint.viscous_nm_s_per_rad for joint in joints]),
-        copper_w_per_nm2=_frozen([joint.copper_w_per_nm2 for joint in joints]),
+        gear_ratio=frozen([joint.gear_ratio for joint in joints]),
+        rotor_inertia_kg_m2=frozen([joint.rotor_inertia_kg_m2 for joint in joints]),
+        coulomb_nm=frozen([joint.coulomb_nm for joint in joints]),
+        viscous_nm_s_per_rad=frozen([joint.viscous_nm_s_per_rad for joint in joints]),
+        copper_w_per_nm2=frozen([joint.copper_w_per_nm2 for joint in joints]),
         base_power_w=drives.base_power_w,
         drive_active_power_w=drives.drive_active_power_w,
         inverter_efficiency=drives.inverter_efficiency,

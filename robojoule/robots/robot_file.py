@@ -143,7 +143,7 @@ class RobotFile(Document):
     """One serial arm with any number of joints.
 
     Each joint that moves carries a body: its child link and all links fixed to it. That body needs a mass and a
-    positive definite inertia, unless its link stands in `lumped_links`: link -> link nearer to the base whose
+    positive definite inertia, unless its link is listed in `lumped_links`: link -> link nearer to the base whose
     figures hold its inertia, as some vendors publish wrists.
     """
 
@@ -207,7 +207,7 @@ class RobotFile(Document):
             )
         if len(self.home_rad) != len(moving):
             problem = f"{len(self.home_rad)} values are given"
-            raise InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one a moving joint")
+            raise InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one per moving joint")
         self._check_link_names()
         self._check_chain()
         for joint, value in zip(self.moving_joints, self.home_rad, strict=True):
@@ -259,7 +259,7 @@ class RobotFile(Document):
         Args:
             mass_kg: Mass of the payload. [kg]
             file: File that names it, for the message.
-            key: Where it stands in there.
+            key: Where in the file it is.
 
         Raises:
             InputError: The payload is heavier than the rated one.

@@ -1,7 +1,7 @@
 """Scaling laws: the drives of arms whose drives nobody has published.
 
-Geometrically similar machines share figures that have no size. Per joint, with the effort limit T, the speed limit v
-and the gear ratio i (`JointNumbers`):
+Geometrically similar machines share some figures, whatever their size. Per joint, with the effort limit T, the speed
+limit v and the gear ratio i (`JointNumbers`):
 
     motor speed at full joint speed   i v                    servo motors of one range turn equally fast
     Coulomb share                     coulomb / T
@@ -54,7 +54,7 @@ VISCOUS_EXPONENT = 0.5
 
 @dataclass(frozen=True)
 class JointNumbers:
-    """Figures of the drives without size, each of shape (n,).
+    """Figures of the drives that similar machines share, each of shape (n,).
 
     Attributes:
         motor_speed_rad_s: Motor speed at the joint's speed limit. [rad/s]

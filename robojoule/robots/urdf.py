@@ -105,7 +105,7 @@ def load_urdf(path: str | Path, drives: str | Path | None = None) -> RobotFile:
 
 
 def urdf_source(path: str | Path, drives: str | Path | None = None) -> str:
-    """How messages name a URDF with its drive file: a figure may stand in either."""
+    """How messages name a URDF with its drive file: a figure may be in either."""
     path = Path(path)
     companion = _drive_file_beside(path) if drives is None else Path(drives)
     return f"{path} with {companion if companion.parent != path.parent else companion.name}"
@@ -245,7 +245,7 @@ def _root_link(links: dict[str, Any], joints: list[dict[str, Any]], path: Path) 
     roots = [link for link in links if link not in children]
     if len(roots) != 1:
         found = f"the root links {', '.join(roots)}" if roots else "no root link"
-        raise InputError(f"the URDF has {found}", file=path, allowed="exactly one link that is no joint's child")
+        raise InputError(f"the URDF has {found}", file=path, allowed="exactly one link that is not a joint's child")
     return roots[0]
 
 

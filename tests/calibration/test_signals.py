@@ -82,10 +82,10 @@ def test_contradictions_and_bad_lengths_are_refused(robot):
         prepare(late, robot)
     fine = type(log)(log.source, log.time_s, log.position_rad, log.power_w, velocity_rad_s=velocity / 57.3)
     np.testing.assert_allclose(prepare(fine, robot).velocity_rad_s, prepare(log, robot).velocity_rad_s, atol=0.1)
-    with pytest.raises(InputError, match="0 s is no length for the window"):
+    with pytest.raises(InputError, match="0 s is not a valid length of the window"):
         prepare(log, robot, window_s=0.0)
-    with pytest.raises(InputError, match=r"2\.0 s is no length for the smoothing"):
+    with pytest.raises(InputError, match=r"2\.0 s is not a valid length of the smoothing"):
         prepare(log, robot, smoothing_s=2.0)
     short, _ = make_log(Plant(5), 5, motions=4)
-    with pytest.raises(InputError, match="the log holds 4 motions only; allowed: at least 8"):
+    with pytest.raises(InputError, match="the log holds only 4 motions; allowed: at least 8"):
         prepare(as_log(short), robot)

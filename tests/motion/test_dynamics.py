@@ -1,5 +1,7 @@
 """Path-projected torques against full inverse dynamics and against mechanics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -12,9 +14,11 @@ from robojoule.motion.dynamics import (
     node_counts,
     path_torques,
 )
-from robojoule.robots.robot import Robot
+from robojoule.motion.path import StraightPath
+from robojoule.robots import load_robot
+from robojoule.robots.robot import Payload, Robot
 from tests.core_cases import hard_paths, kr16, random_motions
-from tests.robots.arms import arm_file
+from tests.robots.arms import arm_file, random_mechanism
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +29,7 @@ def robot():
 def test_projection_equals_full_inverse_dynamics_at_random_states(robot):
     start, end = random_motions(robot, 20)
     delta = end - start
-    torques = path_torques(robot, start, delta)
+    torques = path_torques(robot, StraightPath(start, delta))
     rng = np.random.default_rng(5)
     data = robot.model.createData()
     for motion in range(len(start)):
@@ -42,7 +46,7 @@ def test_projection_equals_full_inverse_dynamics_at_random_states(robot):
 
 def test_series_end_below_rounding(robot):
     paths = hard_paths(robot)
-    for torques in (paths.torques, path_torques(robot, *random_motions(robot, 200))):
+    for torques in (paths.torques, path_torques(robot, StraightPath.between(*random_motions(robot, 200)))):
         for motion, count in enumerate(torques.counts):
             tail = np.abs(torques.coefficients[motion, :, count - 2 : count]).max()
             assert tail <= 1e-9 * np.abs(torques.coefficients[motion]).max()
@@ -57,12 +61,44 @@ def test_batched_inverse_dynamics_equals_pinocchios_own_call(arm):
     assert np.array_equal(inverse_dynamics(arm, q, qd, qdd), expected)
 
 
+def assert_engines_agree(arm, q, qd, qdd):
+    own, theirs = (inverse_dynamics(arm, q, qd, qdd, engine=engine) for engine in ("recursion", "pinocchio"))
+    assert own.shape == q.shape
+    assert np.abs(own - theirs).max(initial=0.0) <= 1e-9 * max(1.0, np.abs(theirs).max(initial=0.0))
+    assert np.array_equal(inverse_dynamics(arm, q, qd, qdd), theirs)  # which is chosen where it is installed
+
+
+@pytest.mark.parametrize("joints", range(1, 8))
+@pytest.mark.parametrize("lumped", [(), (1,), (2, 3, 6, 7)], ids=["all bodies", "first lumped", "wrist lumped"])
+@pytest.mark.parametrize(
+    "tilt", [(0.0, 0.0, -9.81), (9.81, 0.0, 0.0), (-3.0, 6.0, 7.0)], ids=["floor", "wall", "tilted"]
+)
+def test_engines_agree_on_any_arm(joints, lumped, tilt):
+    rng = np.random.default_rng(joints)
+    arm = Robot(arm_file(joints)).variant(mechanism=random_mechanism(rng, joints, lumped=lumped, gravity=tilt))
+    assert_engines_agree(arm, *rng.uniform(-4.0, 4.0, (3, 30, joints)) * np.array([1.0, 2.0, 20.0])[:, None, None])
+
+
+@pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_r2000ic_165f", "ur_ur3e"])
+def test_engines_agree_in_hard_states(name):
+    """At rest, at the limits at full speed, one joint alone, far beyond a turn, and no state at all."""
+    arm = load_robot(name, Payload(2.0, (0.1, -0.05, 0.2)))
+    zero = np.zeros((1, 6))
+    one = np.eye(6) * arm.velocity_rad_s
+    many = np.repeat(arm.upper_rad[None], 6, axis=0)
+    assert_engines_agree(arm, zero, zero, zero)
+    assert_engines_agree(arm, many, one, 10.0 * one)
+    assert_engines_agree(arm, many, np.zeros((6, 6)), 10.0 * one)
+    assert_engines_agree(arm, np.full((1, 6), 300.0), zero + arm.velocity_rad_s, zero - 50.0)
+    assert_engines_agree(arm, zero[:0], zero[:0], zero[:0])
+
+
 def test_turning_joint_1_changes_nothing(robot):
     start, end = random_motions(robot, 10)
     delta = end - start
     turned = start.copy()
     turned[:, 0] += np.linspace(-2, 2, 10)
-    here, there = path_torques(robot, start, delta), path_torques(robot, turned, delta)
+    here, there = path_torques(robot, StraightPath(start, delta)), path_torques(robot, StraightPath(turned, delta))
     for name in ("inertia_nm_s2", "velocity_nm_s2", "gravity_nm"):
         a, b = getattr(here, name), getattr(there, name)
         assert np.abs(a - b).max() <= 1e-12 * max(1.0, np.abs(a).max())
@@ -88,12 +124,11 @@ def test_a_first_joint_about_the_vertical_needs_no_nodes(robot):
     delta = np.array([[6.0, 0, 0, 0, 0, 0], [0, 6.0, 0, 0, 0, 0]])
     counts = node_counts(robot, delta)
     assert counts[0] == node_counts(robot, np.zeros((1, 6)))[0] < counts[1]
-    leaning = kr16()
-    leaning.model.gravity.linear = np.array([5.0, 0.0, -8.0])
+    leaning = robot.variant(mechanism=replace(robot.mechanism, gravity_m_s2=np.array([5.0, 0.0, -8.0])))
     assert node_counts(leaning, delta)[0] == counts[1]
     start = np.zeros((2, 6))
-    exact = path_torques(leaning, start, delta, 60)
-    assert path_torques(leaning, start, delta).gravity_nm[0] == pytest.approx(
+    exact = path_torques(leaning, StraightPath(start, delta), 60)
+    assert path_torques(leaning, StraightPath(start, delta)).gravity_nm[0] == pytest.approx(
         exact.gravity_nm[0, : counts[1]], abs=1e-7
     )
 
@@ -101,7 +136,7 @@ def test_a_first_joint_about_the_vertical_needs_no_nodes(robot):
 def test_values_for_torque_limits_are_those_of_full_inverse_dynamics(robot):
     start, end = random_motions(robot, 8)
     delta = (end - start) * np.linspace(0.2, 2.0, 8)[:, None]
-    torques = path_torques(robot, start, delta)
+    torques = path_torques(robot, StraightPath(start, delta))
     inertia, _, gravity = torques.at_nodes
     assert inertia.shape[1] >= LIMIT_NODES
     zero = np.zeros_like(start)
@@ -115,10 +150,10 @@ def test_values_for_torque_limits_are_those_of_full_inverse_dynamics(robot):
 
 def test_a_motion_does_not_depend_on_its_companions(robot):
     start, end = random_motions(robot, 60)
-    torques = path_torques(robot, start, end - start)
+    torques = path_torques(robot, StraightPath(start, end - start))
     assert len(np.unique(torques.counts)) > 1
     for part in (slice(0, 1), slice(7, 25), slice(20, 60)):
-        alone = path_torques(robot, start[part], (end - start)[part])
+        alone = path_torques(robot, StraightPath(start[part], (end - start)[part]))
         width = alone.coefficients.shape[2]
         assert np.array_equal(alone.counts, torques.counts[part])
         assert np.array_equal(alone.coefficients, torques.coefficients[part, :, :width])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robojoule.calibration.inertial import draw_errors, inertial_directions, robot_variant
-from robojoule.calibration.unknowns import Unknowns
+from robojoule.calibration.run_model import evaluate_runs, run_parameters
 from robojoule.errors import InputError
 from robojoule.motion.path_integrals import PathIntegrals
 from robojoule.motion.simulation import MotionPaths
@@ -32,17 +32,17 @@ def case(request):
     directions = inertial_directions(robot, 12, 0.15)
     paths = MotionPaths(robot, start, end)
     integrals = PathIntegrals(paths, LIMITS, directions)
-    unknowns = Unknowns(robot.drives, directions)
-    x = 0.2 * np.random.default_rng(1).standard_normal(unknowns.size)
-    return robot, start, end, directions, integrals, unknowns, x
+    vector = run_parameters(robot.drives, directions)
+    x = 0.2 * np.random.default_rng(1).standard_normal(vector.size)
+    return robot, start, end, directions, integrals, vector, x
 
 
 def test_equal_the_simulation_of_a_robot_with_the_same_parameters(case):
-    robot, start, end, directions, integrals, unknowns, x = case
-    drives = unknowns.drives(x)
-    plant = MotionPaths(robot_variant(robot, drives, directions @ unknowns.inertial(x)), start, end, controller=robot)
+    robot, start, end, directions, integrals, vector, x = case
+    drives = vector.drives(x)
+    plant = MotionPaths(robot_variant(robot, drives, directions @ vector.inertial(x)), start, end, controller=robot)
     expected = plant.simulate(LIMITS)
-    found = integrals.evaluate(drives, unknowns.inertial(x))
+    found = integrals.evaluate(drives, vector.inertial(x))
     np.testing.assert_allclose(integrals.duration_s, expected.duration_s, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found.energy_j, expected.energy_j, rtol=1e-6)
     np.testing.assert_allclose(found.idle_w[:, 0], plant.idle_power_start_w, rtol=1e-9)
@@ -51,14 +51,13 @@ def test_equal_the_simulation_of_a_robot_with_the_same_parameters(case):
 
 
 def test_derivatives_are_those_of_the_energies(case):
-    *_, integrals, unknowns, x = case
-    found = integrals.evaluate(unknowns.drives(x), unknowns.inertial(x), gradient=True)
-    gradient = unknowns.chain(found.energy_gradient, unknowns.drives(x))
-    idle = unknowns.chain(found.idle_gradient, unknowns.drives(x))
-    for place in range(unknowns.size):
-        step = np.zeros(unknowns.size)
+    *_, integrals, vector, x = case
+    found = evaluate_runs(vector, integrals, x)
+    gradient, idle = found.energy_jacobian, found.idle_jacobian
+    for place in range(vector.size):
+        step = np.zeros(vector.size)
         step[place] = 1e-5
-        above, below = (integrals.evaluate(unknowns.drives(y), unknowns.inertial(y)) for y in (x + step, x - step))
+        above, below = (integrals.evaluate(vector.drives(y), vector.inertial(y)) for y in (x + step, x - step))
         difference = (above.energy_j - below.energy_j) / 2e-5
         tolerance = 1e-4 * np.abs(difference).max() + 1e-5
         np.testing.assert_allclose(gradient[..., place], difference, atol=tolerance)
@@ -66,12 +65,12 @@ def test_derivatives_are_those_of_the_energies(case):
 
 
 def test_viscosity_scales_viscous_friction_only(case):
-    *_, integrals, unknowns, x = case
-    drives = unknowns.drives(x)
+    *_, integrals, vector, x = case
+    drives = vector.drives(x)
     factor = np.linspace(0.8, 1.3, len(integrals.delta_rad))
-    found = integrals.evaluate(drives, unknowns.inertial(x), factor)
+    found = integrals.evaluate(drives, vector.inertial(x), factor)
     one = replace(drives, viscous_nm_s_per_rad=drives.viscous_nm_s_per_rad * factor[5])
-    np.testing.assert_allclose(found.energy_j[5], integrals.evaluate(one, unknowns.inertial(x)).energy_j[5], rtol=1e-12)
+    np.testing.assert_allclose(found.energy_j[5], integrals.evaluate(one, vector.inertial(x)).energy_j[5], rtol=1e-12)
 
 
 def test_directions_of_another_number_of_joints_are_refused(case):
@@ -82,12 +81,12 @@ def test_directions_of_another_number_of_joints_are_refused(case):
 
 def test_errors_keep_bodies_physical():
     robot, rng = load_robot("kuka_kr16_r2010_2"), np.random.default_rng(0)
-    for body in list(robot.model.inertias)[1:]:
+    for body in robot.mechanism.bodies:
         for _ in range(50):
             changed = draw_errors(rng, 0.15).applied(body)
-            inertia = np.asarray(changed.inertia)
+            inertia = changed.inertia_kg_m2
             assert (np.linalg.eigvalsh(np.trace(inertia) / 2 * np.eye(3) - inertia) >= -1e-12).all()
-            assert abs(changed.mass - body.mass) <= 0.15 * body.mass
+            assert abs(changed.mass_kg - body.mass_kg) <= 0.15 * body.mass_kg
 
 
 def test_directions_explain_the_torques_of_drawn_errors():
@@ -98,8 +97,7 @@ def test_directions_explain_the_torques_of_drawn_errors():
     nominal = MotionPaths(robot, start, end).torques.gravity_nm
     errors = [draw_errors(rng, 0.15) for _ in range(6)]
     changes = [
-        e.applied(body).toDynamicParameters() - body.toDynamicParameters()
-        for e, body in zip(errors, list(robot.model.inertias)[1:], strict=True)
+        e.applied(body).parameters - body.parameters for e, body in zip(errors, robot.mechanism.bodies, strict=True)
     ]
     truth = MotionPaths(robot_variant(robot, robot.drives, np.concatenate(changes)), start, end).torques.gravity_nm
     per_unit = [

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from robojoule.motion.quadrature import lobatto, run_quadrature
-from robojoule.motion.time_laws import rest_to_rest_law
+from robojoule.motion.time_laws import path_law
 
 
 @pytest.fixture(scope="module")
 def law():
     """Runs with and without cruise and plateau, shape (2, 3)."""
     velocity = np.array([[0.1, 1.0, 1.5], [0.4, 1.2, 2.0]])
-    return rest_to_rest_law(velocity, np.array([[20.0, 5.0, 30.0], [1.0, 12.0, 60.0]]), 0.1)
+    return path_law(velocity, np.array([[20.0, 5.0, 30.0], [1.0, 12.0, 60.0]]), 0.1)
 
 
 def instants(law, quadrature):

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from reproduction.predictors.measurements import read_runs
+from reproduction.predictors.simulated_runs import read_runs
 from reproduction.tables import columns, read_table
 from robojoule.errors import InputError
 

@@ -3,7 +3,11 @@
 import copy
 import math
 
+import numpy as np
+
 from robojoule.documents import parse
+from robojoule.robots.mechanism import Mechanism
+from robojoule.robots.rigid_body import Placement, RigidBody
 from robojoule.robots.robot_file import RobotFile
 
 DRIVE = {
@@ -78,3 +82,45 @@ def arm_data(joints=2):
 
 def arm_file(joints=2):
     return parse(RobotFile, arm_data(joints), "arm")
+
+
+def random_placement(rng):
+    return Placement.of(rng.uniform(-0.6, 0.6, 3), tuple(rng.uniform(-3.1, 3.1, 3)))
+
+
+def random_body(rng):
+    """A body of four point masses: physical, whatever is drawn."""
+    body = RigidBody.nothing()
+    for point in rng.uniform(-0.3, 0.3, (4, 3)):
+        body += RigidBody(rng.uniform(0.5, 4.0), point, np.zeros((3, 3)))
+    return body
+
+
+def random_mechanism(rng, joints, *, lumped=(), gravity=(0.0, 0.0, -9.81)):
+    """An arm of any axes and placements; lumped bodies (counted from 1) have no mass."""
+    axes = rng.normal(size=(joints, 3))
+    return Mechanism(
+        joint_names=tuple(f"joint_{index + 1}" for index in range(joints)),
+        placements=tuple(random_placement(rng) for _ in range(joints)),
+        axes=axes / np.linalg.norm(axes, axis=1)[:, None],
+        bodies=tuple(RigidBody.nothing() if i + 1 in lumped else random_body(rng) for i in range(joints)),
+        anchors={},
+        tool_body=joints,
+        tool=random_placement(rng),
+        gravity_m_s2=np.array(gravity),
+    )
+
+
+def swinging_arm(*, lengths_m, masses_kg, pendulum=True):
+    """Point masses at the ends of rods without mass that all turn about one axis: level, or (not pendulum) upright."""
+    count = len(lengths_m)
+    rods = [Placement(np.eye(3), np.array([length, 0.0, 0.0])) for length in lengths_m]
+    return Mechanism(
+        joint_names=tuple(f"joint_{index + 1}" for index in range(count)),
+        placements=(Placement.identity(), *rods[:-1]),
+        axes=np.repeat([[0.0, 1.0, 0.0] if pendulum else [0.0, 0.0, 1.0]], count, axis=0),
+        bodies=tuple(RigidBody(m, r.origin_m, np.zeros((3, 3))) for m, r in zip(masses_kg, rods, strict=True)),
+        anchors={},
+        tool_body=count,
+        tool=rods[-1],
+    )

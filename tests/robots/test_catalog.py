@@ -118,9 +118,10 @@ def test_tool_z_leaves_the_flange(name):
     """The tool frame lies ahead of the wrist centre (where the axes of joints 5 and 6 pass) along its own z."""
     robot = loaded(name)
     data = robot.model.createData()
+    tool_in_joint = pin.SE3(robot.mechanism.tool.rotation, robot.mechanism.tool.origin_m)
     for q in (robot.home_rad, robot.home_rad + 0.3):
         pin.framesForwardKinematics(robot.model, data, q)
-        tool = data.oMi[robot.tool_joint] * robot.tool_in_joint
+        tool = data.oMi[robot.mechanism.tool_body] * tool_in_joint
         z = tool.rotation[:, 2]
         axis = data.oMi[6].rotation @ np.array([abs(x) for x in robot.file.moving_joints[5].axis])
         assert abs(z @ axis) == pytest.approx(1.0, abs=1e-6)

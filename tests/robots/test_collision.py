@@ -80,18 +80,18 @@ def test_segment_distance_never_above_dense_sampling():
 
 def test_kinematics_against_pinocchio(robot, model):
     rng = np.random.default_rng(2)
-    data = robot.model.createData()
+    data, mechanism = robot.model.createData(), robot.mechanism
     for q in rng.uniform(robot.lower_rad, robot.upper_rad, (20, 6)):
         segments = model.segments_m(q)[:, :, 0]
         pin.forwardKinematics(robot.model, data, q)
         for name, ends in zip(model.names, segments, strict=True):
             if name == TOOL:
-                tool = data.oMi[robot.tool_joint] * robot.tool_in_joint
+                tool = data.oMi[mechanism.tool_body] * pin.SE3(mechanism.tool.rotation, mechanism.tool.origin_m)
                 expected = [tool.act(np.array(robot.payload.com_m))] * 2
             else:
-                body, at = robot.link_anchors[name]
+                body, at = mechanism.anchors[name]
                 capsule = robot.file.capsules[name][0]
-                expected = [(data.oMi[body] * at).act(np.array(p)) for p in (capsule.from_m, capsule.to_m)]
+                expected = [data.oMi[body].act(at.at(p)) for p in (capsule.from_m, capsule.to_m)]
             np.testing.assert_allclose(ends, expected, atol=1e-12)
 
 

@@ -12,10 +12,10 @@ import yaml
 
 from reproduction.config import Params
 from reproduction.experiment.data import FINAL_POWER_WINDOW_S, read_experiment
-from reproduction.predictors.measurements import read_measurements
+from reproduction.predictors.profile_fit import fit_profile_predictor
+from reproduction.predictors.simulated_runs import read_simulated_motions
 from robojoule.errors import InputError
-from robojoule.profile.predicted import fit_profile_predictor
-from robojoule.profile.predictor_file import export_profile_predictor
+from robojoule.profile.predictor_file import save_profile_predictor
 from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
@@ -59,8 +59,8 @@ def done(tmp_path_factory):
     simulate_motions(params, layout)
     pq.write_table(perfect_predictions(layout), layout.predictions)
     robot = robot_of(params.robot)
-    measured = read_measurements(robot, layout.motions, layout.runs, "train").measurements
-    export_profile_predictor(fit_profile_predictor(robot, [measured]), predictor_of(layout))
+    simulated = read_simulated_motions(robot, layout.motions, layout.runs, "train").runs
+    save_profile_predictor(fit_profile_predictor(robot, [simulated]), predictor_of(layout))
     evaluate_plans(params, layout)
     return params, layout
 
@@ -287,12 +287,10 @@ def test_a_missing_or_foreign_predictor_is_refused(done, tmp_path):
     params, layout = done
     here = Layout(tmp_path)
     here.data_dir.symlink_to(layout.data_dir)
-    with pytest.raises(
-        InputError, match=r"profile_predictor.json: the file is missing; run the stage train_predictors"
-    ):
+    with pytest.raises(InputError, match="profile_predictor: the folder is missing; run the stage train_predictors"):
         evaluate_plans(params, here)
     robot = load_robot("kuka_kr10_r1100_2")
-    export_profile_predictor(fit_profile_predictor(robot, []), predictor_of(here))
+    save_profile_predictor(fit_profile_predictor(robot, []), predictor_of(here))
     with pytest.raises(InputError, match="the predictor knows kuka_kr10_r1100_2, not kuka_kr16_r2010_2"):
         evaluate_plans(params, here)
     assert not here.reports_dir.exists()

@@ -9,13 +9,13 @@ import pytest
 
 from reproduction.config import load_params
 from reproduction.motions.tables import motions_of_trees, motions_table, runs_table
-from reproduction.predictors.measurements import read_measurements
+from reproduction.predictors.simulated_runs import read_simulated_motions
 from reproduction.tracking.store import Recorder, store_uri
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from stages._profile_predictor import REGISTERED, read_measured, record_profile_predictor, train_profile_predictor
+from stages._profile_predictor import REGISTERED, read_simulated, record_profile_predictor, train_profile_predictor
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
 
@@ -43,11 +43,11 @@ def layout(tmp_path_factory: pytest.TempPathFactory) -> Layout:
 
 @pytest.fixture(scope="module")
 def training(layout: Layout):
-    return train_profile_predictor(layout, read_measured(SMALL, layout))
+    return train_profile_predictor(layout, read_simulated(SMALL, layout))
 
 
 def test_predicts_held_out_motions_from_the_files_it_wrote(layout, training):
-    assert (layout.models_dir / "profile_predictor.npz").exists()
+    assert (layout.models_dir / "profile_predictor" / "predictor.npz").exists()
     splits = np.array(training.predictions["split"].to_pylist())
     assert set(splits) == {"test", "experiment"}
     error = np.abs(
@@ -59,9 +59,9 @@ def test_predicts_held_out_motions_from_the_files_it_wrote(layout, training):
 
 
 def test_the_bytes_of_the_model_are_stable(layout, training):
-    before = {path.name: path.read_bytes() for path in layout.models_dir.glob("profile_predictor.*")}
-    train_profile_predictor(layout, read_measured(SMALL, layout))
-    assert before == {path.name: path.read_bytes() for path in layout.models_dir.glob("profile_predictor.*")}
+    before = {path.name: path.read_bytes() for path in (layout.models_dir / "profile_predictor").iterdir()}
+    train_profile_predictor(layout, read_simulated(SMALL, layout))
+    assert before == {path.name: path.read_bytes() for path in (layout.models_dir / "profile_predictor").iterdir()}
 
 
 def test_only_a_model_that_passes_the_gate_is_registered(layout, training):
@@ -90,10 +90,10 @@ def test_only_a_model_that_passes_the_gate_is_registered(layout, training):
 def test_missing_runs_and_unknown_splits_are_refused(layout, tmp_path):
     robot = load_robot(PARAMS.robot.name, Payload(PARAMS.robot.payload_kg))
     with pytest.raises(InputError, match="no motion of the split"):
-        read_measurements(robot, layout.motions, layout.runs, "validation")
+        read_simulated_motions(robot, layout.motions, layout.runs, "validation")
     with pytest.raises(InputError, match="file is missing"):
-        read_measurements(robot, layout.motions, tmp_path / "runs.parquet", "train")
+        read_simulated_motions(robot, layout.motions, tmp_path / "runs.parquet", "train")
     runs = pq.read_table(layout.runs)
     pq.write_table(runs.take(np.arange(0, len(runs), 3)), tmp_path / "runs.parquet")
     with pytest.raises(InputError, match="not one run"):
-        read_measurements(robot, layout.motions, tmp_path / "runs.parquet", "train")
+        read_simulated_motions(robot, layout.motions, tmp_path / "runs.parquet", "train")

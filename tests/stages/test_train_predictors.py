@@ -14,8 +14,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.config import Params, load_params
-from reproduction.predictors.archive import load
 from reproduction.predictors.estimators import MODELS
+from reproduction.predictors.predictor_file import load_predictor
 from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
 from reproduction.tables import columns
 from reproduction.tracking import store as _tracking
@@ -30,12 +30,12 @@ ROOT = Path(__file__).parents[2]
 PROFILES = "robojoule_predicted"
 EVERY_MODEL = (*MODELS, PROFILES)
 OUTPUTS = (
-    "models/random_forest.npz",
-    "models/random_forest.json",
-    "models/neural_network.npz",
-    "models/neural_network.json",
-    "models/profile_predictor.npz",
-    "models/profile_predictor.json",
+    "models/random_forest/predictor.npz",
+    "models/random_forest/predictor.json",
+    "models/neural_network/predictor.npz",
+    "models/neural_network/predictor.json",
+    "models/profile_predictor/predictor.npz",
+    "models/profile_predictor/predictor.json",
     "data/predictions.parquet",
     "reports/tables/table_5_1.csv",
     "reports/tables/suitability.csv",
@@ -99,7 +99,7 @@ def test_predictions_are_those_of_the_exported_models(trained: Layout) -> None:
     part = features.filter(pa.array(splits != "train"))
     rows = pq.read_table(trained.predictions)
     for model in MODELS:
-        loaded = load(trained.models_dir / model)
+        loaded = load_predictor(trained.models_dir / model)
         raw = loaded.predict(columns(part, input_names()))
         bounds = (part[f"duration_{end}_s"].to_numpy() for end in ("fastest", "slowest"))
         stored = columns(rows.filter(pa.compute.field("model") == model), TARGETS)
@@ -246,7 +246,7 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
         served = mlflow.pyfunc.load_model(f"models:/{name}/{version.version}")
         assert [column.name for column in served.metadata.signature.inputs] == list(input_names())
         assert served.metadata.saved_input_example_info is not None
-        loaded = load(trained.models_dir / model)
+        loaded = load_predictor(trained.models_dir / model)
         np.testing.assert_allclose(served.predict(frame), loaded.predict(frame.to_numpy()), rtol=1e-11, atol=1e-9)
         assert ("champion" in version.aliases) == (version.tags["beats_baseline"] == "true")
     champion = mlflow.MlflowClient().get_model_version_by_alias("robojoule_neural_network", "champion")

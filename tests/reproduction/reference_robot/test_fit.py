@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reproduction.reference_robot.fit import BOUNDS, FOLDER, fit, fit_setup, fit_trees, misses, set_drives
+from reproduction.reference_robot.fit import BOUNDS, FOLDER, fit_setup, fit_trees, fitted_values, misses, set_drives
 from robojoule.documents import read_document
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -63,7 +63,9 @@ def test_priors_and_fitted_values_lie_within_their_ranges(fitted):
         low, high = parameter.range
         assert low <= parameter.prior <= high
         assert low <= document["parameters"][name] <= high
-        assert parameter.value(parameter.prior_share) == pytest.approx(parameter.prior)
+        transform = parameter.transform
+        assert transform.value(transform.inverse(parameter.prior)) == pytest.approx(parameter.prior)
+        assert transform.value(np.array([0.0, 1.0])) == pytest.approx(parameter.range)
 
 
 def test_the_fit_beats_its_prior(fitted):
@@ -76,10 +78,10 @@ def test_the_fit_beats_its_prior(fitted):
 
 
 def test_the_search_starts_off_the_solution_and_improves_the_same_way_twice(few):
-    values, (at_prior, best_first, result) = fit(few)
+    values, (at_prior, best_first, result) = fitted_values(few)
     assert at_prior >= best_first
     assert result < 0.7 * best_first
-    assert fit(few) == (values, [at_prior, best_first, result])
+    assert fitted_values(few) == (values, [at_prior, best_first, result])
 
 
 def test_the_table_of_the_docs_is_that_of_the_fit(fitted):

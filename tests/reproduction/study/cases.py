@@ -7,7 +7,7 @@ import numpy as np
 from reproduction.study.cases import PlantBatch, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams
 from reproduction.study.plant import Plant, PlantParams, draw_plant
-from robojoule.profile.predicted import Measurements
+from robojoule.calibration.run_model import ObservedRuns
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload, Robot
 
@@ -40,5 +40,5 @@ def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBa
     return PlantBatch(robot, generate_trees(robot, places, trees, MOTIONS), of, factors)
 
 
-def measured(of: Plant, trees: int, seed: int) -> Measurements:
+def measured(of: Plant, trees: int, seed: int) -> ObservedRuns:
     return measure(batch(of, trees, seed), LIMITS, np.random.default_rng(seed), runs_per_motion=3)

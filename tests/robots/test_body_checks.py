@@ -73,7 +73,7 @@ def test_the_whole_body_counts_not_each_link():
     assert robot_of(with_flange(arm_data(), NOTHING)).joint_count == 2
     data = with_flange(arm_data(), arm_data()["links"]["rod_2"])
     data["links"]["rod_2"] = None
-    assert robot_of(data).model.inertias[2].mass == pytest.approx(3.2)
+    assert robot_of(data).mechanism.bodies[1].mass_kg == pytest.approx(3.2)
 
 
 def test_lumped_links_are_let_through_and_must_have_gone_somewhere():
@@ -102,7 +102,7 @@ def test_joints_that_hang_nowhere():
     data = with_flange(arm_data(), None)
     data["links"]["island"] = None
     data["joints"][-1]["parent"] = "island"
-    with pytest.raises(InputError, match="joint 'to_flange' hangs on link 'island'"):
+    with pytest.raises(InputError, match="joint 'to_flange' is attached to link 'island'"):
         robot_of(data)
 
 

@@ -1,4 +1,4 @@
-"""Measured motions from the tables `motions.parquet` and `runs.parquet`."""
+"""Simulated runs of motions from the tables `motions.parquet` and `runs.parquet`."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from numpy.typing import NDArray
 
 from reproduction.tables import columns, read_table
 from robojoule.arrays import Array
+from robojoule.calibration.run_model import ObservedRuns
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
-from robojoule.profile.predicted import Measurements
 from robojoule.robots.robot import Robot
 
 
 @dataclass(frozen=True)
-class MeasuredTable:
-    """Measured motions and which they are.
+class SimulatedMotions:
+    """Simulated motions and which they are.
 
     Attributes:
         motion_id: Shape (M,).
         tree_id: M names of trees.
-        measurements: Energies and idle powers.
+        runs: Energies and idle powers.
     """
 
     motion_id: NDArray[np.int64]
     tree_id: tuple[str, ...]
-    measurements: Measurements
+    runs: ObservedRuns
 
 
-def read_measurements(
+def read_simulated_motions(
     robot: Robot, motions: str | Path, runs: str | Path, split: str, most_trees: int | None = None
-) -> MeasuredTable:
-    """Read the measured motions of one split.
+) -> SimulatedMotions:
+    """Read the simulated motions of one split.
 
     Args:
         robot: Nominal entry with the payload that was carried.
@@ -68,10 +68,10 @@ def read_measurements(
     limits, _, energies = read_runs(runs, ids)
     trees = table["tree_id"].to_pylist()
     number = {name: place for place, name in enumerate(names)}
-    return MeasuredTable(
+    return SimulatedMotions(
         ids,
         tuple(trees),
-        Measurements(
+        ObservedRuns(
             MotionPaths(robot, start, end),
             np.broadcast_to(limits, energies.shape).copy(),
             energies,
@@ -82,7 +82,7 @@ def read_measurements(
 
 
 def read_runs(path: Path, motion_id: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Measured runs of some motions.
+    """Simulated runs of some motions.
 
     Args:
         path: Runs, one row a motion and speed limit.

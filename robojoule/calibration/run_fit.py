@@ -1,6 +1,6 @@
-"""Fit the unknowns of a plant to measured energies: a robust maximum a posteriori estimate.
+"""Fit the unknowns of a machine to energies of its runs: a robust maximum a posteriori estimate.
 
-Energies are measured with a relative error sigma, and each tree has a hidden state t (temperature) that multiplies
+Energies are observed with a relative error sigma, and each tree has a hidden state t (temperature) that multiplies
 viscous friction by exp(t), t ~ N(0, sigma_t^2). Gauss-Newton on
 
     sum_i rho((E_i - E_i(x, t)) / (sigma E_i(x, t))) + (x - x0)' P^-1 (x - x0) + sum_t t^2 / sigma_t^2
@@ -15,13 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robojoule.arrays import Array
-from robojoule.calibration.unknowns import Prior, Unknowns
+from robojoule.calibration.parameters import ParameterVector, Prior
+from robojoule.calibration.run_model import ObservedRuns, evaluate_runs
 from robojoule.motion.path_integrals import PathIntegrals
 
-NOISE = 0.02  # expected relative error of a measured energy
+NOISE = 0.02  # expected relative error of an observed energy
 STATE_SPREAD = 0.15  # expected log-normal spread of viscous friction over trees
 _PSEUDO_TREES = 4.0
 _PSEUDO_RUNS = 20.0
@@ -33,30 +33,13 @@ _TO_DEVIATION = 1.4826  # of a normal distribution, over its median absolute dev
 
 
 @dataclass(frozen=True)
-class MeasuredMotions:
-    """Measured energies of motions of one robot with one payload.
-
-    Attributes:
-        integrals: Their path integrals at the speed limits of the runs.
-        energy_j: Measured energies, shape (M, S); NaN where nothing was measured. [J]
-        idle_w: Measured idle power at start and end, shape (M, 2); NaN where nothing was measured. [W]
-        tree: Tree of each motion, whole numbers that are the same over payloads only for one and the same tree, (M,).
-    """
-
-    integrals: PathIntegrals
-    energy_j: Array
-    idle_w: Array
-    tree: NDArray[np.intp]
-
-
-@dataclass(frozen=True)
 class Calibration:
     """What a fit found.
 
     Attributes:
-        x: Unknowns, shape (p,).
-        covariance: Their covariance, shape (p, p).
-        noise: Relative error of the measured energies. [-]
+        x: Entries of the parameter vector, shape (P,).
+        covariance: Their covariance, shape (P, P).
+        noise: Relative error of the observed energies. [-]
         state_spread: Spread of the hidden state over trees. [-]
         states: Hidden state of each tree by its number. [-]
     """
@@ -68,41 +51,49 @@ class Calibration:
     states: dict[int, float]
 
 
-def calibrate(unknowns: Unknowns, measured: Sequence[MeasuredMotions], prior: Prior | None = None) -> Calibration:
+def calibrate(
+    vector: ParameterVector,
+    runs: Sequence[ObservedRuns],
+    integrals: Sequence[PathIntegrals],
+    prior: Prior | None = None,
+) -> Calibration:
     """Fit the unknowns.
 
     Args:
-        unknowns: Unknowns of the robot.
-        measured: Measurements, at least one.
-        prior: Belief before the measurements; that of the entry if not given.
+        vector: What is unknown, see `robojoule.calibration.run_model.run_parameters`.
+        runs: Distinct runs, one set for each payload; none: the prior itself.
+        integrals: Their path integrals.
+        prior: Belief before the runs; that of the entry if not given.
     """
-    prior = prior or unknowns.prior()
+    prior = prior or vector.prior()
+    if not runs:
+        return Calibration(prior.mean, prior.covariance, 0.0, STATE_SPREAD, {})
     precision = np.linalg.inv(prior.covariance)
-    trees = sorted({int(tree) for part in measured for tree in part.tree})
+    trees = sorted({int(tree) for part in runs for tree in part.tree})
     place = {tree: index for index, tree in enumerate(trees)}
     x, states = prior.mean.copy(), np.zeros(len(trees))
     noise, state_spread = NOISE, STATE_SPREAD
     schur = precision
     for _ in range(_ITERATIONS):
         normal, right = precision.copy(), precision @ (prior.mean - x)
-        mixed = np.zeros((len(trees), unknowns.size))
+        mixed = np.zeros((len(trees), vector.size))
         own, own_right = np.full(len(trees), state_spread**-2), -states / state_spread**2
         relative: list[Array] = []
-        for part in measured:
+        for part, path in zip(runs, integrals, strict=True):
             index = np.array([place[int(tree)] for tree in part.tree])
-            drives = unknowns.drives(x)
-            found = part.integrals.evaluate(drives, unknowns.inertial(x), np.exp(states[index]), gradient=True)
-            of_energy, of_idle = found.gradients()
+            found = evaluate_runs(vector, path, x, np.exp(states[index]))
             blocks = (
-                (part.energy_j, found.energy_j, unknowns.chain(of_energy, drives)),
-                (part.idle_w, found.idle_w, unknowns.chain(of_idle, drives)),
+                (part.energy_j, found.energy_j, found.energy_jacobian),
+                (part.idle_w, found.idle_w, found.idle_jacobian),
             )
             for kind, (truth, model, gradient) in enumerate(blocks):
-                row, column = np.nonzero(np.isfinite(truth) & part.integrals.moving[:, None])
+                row, column = np.nonzero(np.isfinite(truth) & path.moving[:, None])
                 scale = model[row, column]
                 residual = truth[row, column] / scale - 1.0
                 jacobian = gradient[row, column] / scale[:, None]
-                state = jacobian[:, unknowns.part("viscous")].sum(axis=1) if kind == 0 else np.zeros(len(row))
+                state = (
+                    jacobian[:, vector.part("viscous_nm_s_per_rad")].sum(axis=1) if kind == 0 else np.zeros(len(row))
+                )
                 standard = np.abs(residual) / noise
                 weight = np.minimum(1.0, _HUBER / np.maximum(standard, 1e-12)) / noise**2
                 normal += jacobian.T @ (jacobian * weight[:, None])

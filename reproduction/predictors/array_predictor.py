@@ -126,7 +126,7 @@ class Predictor:
     """A fitted predictor of energy profile parameters.
 
     Attributes:
-        model: Its kind, one of `robojoule.predictor.MODELS`.
+        model: Its kind, one of `reproduction.predictors.estimators.MODELS`.
         inputs: Names of the inputs, in order.
         targets: Names of the outputs, in order.
         input_mean: Means taken off the inputs, shape (inputs,).
@@ -151,14 +151,14 @@ class Predictor:
             Predictions in the order of `targets`, shape (N, targets).
 
         Raises:
-            InputError: Wrong number of inputs, or values that are no finite numbers.
+            InputError: Wrong number of inputs, or values that are not finite numbers.
         """
         values = np.asarray(inputs, dtype=float)
         if values.ndim != 2 or values.shape[1] != len(self.inputs):
             raise InputError(f"the inputs have shape {values.shape}", allowed=f"(rows, {len(self.inputs)})")
         if not np.isfinite(values).all():
             name = self.inputs[int(np.flatnonzero(~np.isfinite(values).all(axis=0))[0])]
-            raise InputError(f"the input '{name}' holds values that are no finite numbers")
+            raise InputError(f"the input '{name}' holds values that are not finite numbers")
         scaled = (values - self.input_mean) / self.input_scale
         outputs = [member.predict(scaled) for member in self.members]
         if outputs[0].ndim == 1:

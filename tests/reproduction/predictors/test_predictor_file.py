@@ -1,23 +1,24 @@
-"""Portable predictors against scikit-learn, their files, and what is refused."""
+"""Predictors as plain arrays against scikit-learn, their files, and what is refused."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from reproduction.config import ForestParams, NeuralNetworkParams, TrainPredictorsParams
-from reproduction.predictors.archive import export, load, portable
+from reproduction.predictors.conversion import to_arrays
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
+from reproduction.predictors.predictor_file import load_predictor, save_predictor
 from reproduction.predictors.profile_parameters import TARGETS, input_names
 from robojoule.errors import InputError
 
 NAMES = input_names()
+FILES = ("predictor.json", "predictor.npz")
 PARAMS = TrainPredictorsParams(
     seed=3,
     random_forest=ForestParams(n_estimators=7, min_samples_leaf=2, max_features=0.5),
@@ -42,8 +43,8 @@ def fitted(request: pytest.FixtureRequest):
 
 def test_predictions_equal_scikit_learn(fitted, tmp_path: Path) -> None:
     name, estimator = fitted
-    export(portable(estimator, name, NAMES, TARGETS), tmp_path / name)
-    loaded = load(tmp_path / name)
+    save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / name)
+    loaded = load_predictor(tmp_path / name)
     assert (loaded.model, loaded.inputs, loaded.targets) == (name, NAMES, TARGETS)
     for rows, seed in ((1, 5), (700, 6)):
         inputs, _ = data(rows, seed)
@@ -55,7 +56,7 @@ def test_inputs_on_a_threshold_go_the_same_way(fitted) -> None:
     inputs, _ = data(300, 1)  # the training rows: thresholds lie halfway between them
     inputs = np.repeat(inputs[:1], 400, axis=0)
     inputs[:, 3] = np.linspace(inputs[:, 3].min() - 1, inputs[:, 3].max() + 1, 400)
-    ours = portable(estimator, name, NAMES, TARGETS)
+    ours = to_arrays(estimator, name, NAMES, TARGETS)
     np.testing.assert_allclose(ours.predict(inputs), estimator.predict(inputs), rtol=1e-11, atol=1e-9)
 
 
@@ -64,37 +65,35 @@ def test_same_predictor_same_bytes(fitted, tmp_path: Path) -> None:
     written = []
     for folder in ("a", "b"):
         estimator = fit(make_estimator(name, PARAMS), *data(300, 1))
-        export(portable(estimator, name, NAMES, TARGETS), tmp_path / folder / name)
-        written.append([(tmp_path / folder / name).with_suffix(suffix).read_bytes() for suffix in (".npz", ".json")])
+        save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / folder / name)
+        written.append([(tmp_path / folder / name / file).read_bytes() for file in FILES])
     assert written[0] == written[1]
-    with zipfile.ZipFile((tmp_path / "a" / name).with_suffix(".npz")) as archive:
-        assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
 def test_loading_and_predicting_need_no_scikit_learn(fitted, tmp_path: Path) -> None:
     name, estimator = fitted
-    export(portable(estimator, name, NAMES, TARGETS), tmp_path / name)
+    save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / name)
     code = (
-        "import sys, numpy as np; from reproduction.predictors import archive;"
-        f"p = archive.load({str(tmp_path / name)!r}); p.predict(np.ones((2, 39)));"
+        "import sys, numpy as np; from reproduction.predictors.predictor_file import load_predictor;"
+        f"p = load_predictor({str(tmp_path / name)!r}); p.predict(np.ones((2, 39)));"
         "print(sorted({m.split('.')[0] for m in sys.modules} & {'sklearn', 'scipy', 'mlflow', 'pandas', 'joblib'}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".json"])
+@pytest.mark.parametrize("file", FILES)
 @pytest.mark.parametrize("damage", ["missing", "truncated", "empty"])
-def test_damaged_files_are_refused(fitted, tmp_path: Path, suffix: str, damage: str) -> None:
+def test_damaged_files_are_refused(fitted, tmp_path: Path, file: str, damage: str) -> None:
     name, estimator = fitted
-    export(portable(estimator, name, NAMES, TARGETS), tmp_path / name)
-    path = (tmp_path / name).with_suffix(suffix)
+    save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / name)
+    path = tmp_path / name / file
     content = path.read_bytes()
     path.unlink()
     if damage != "missing":
         path.write_bytes(content[: len(content) // 2] if damage == "truncated" else b"")
-    with pytest.raises(InputError, match=name + suffix.replace(".", r"\.")):
-        load(tmp_path / name)
+    with pytest.raises(InputError, match=f"{name}/{file}"):
+        load_predictor(tmp_path / name)
 
 
 @pytest.mark.parametrize(
@@ -105,37 +104,37 @@ def test_descriptions_that_do_not_fit_are_refused(fitted, tmp_path: Path, key: s
     name, estimator = fitted
     if key == "layers" and name == "random_forest":
         key, value = "member", "network"
-    export(portable(estimator, name, NAMES, TARGETS), tmp_path / name)
-    path = (tmp_path / name).with_suffix(".json")
+    save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / name)
+    path = tmp_path / name / "predictor.json"
     path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | {key: value}), encoding="utf-8")
     with pytest.raises(InputError):
-        load(path)
+        load_predictor(tmp_path / name)
 
 
 def test_objects_in_the_archive_are_refused(fitted, tmp_path: Path) -> None:
     name, estimator = fitted
-    export(portable(estimator, name, NAMES, TARGETS), tmp_path / name)
-    path = (tmp_path / name).with_suffix(".npz")
+    save_predictor(to_arrays(estimator, name, NAMES, TARGETS), tmp_path / name)
+    path = tmp_path / name / "predictor.npz"
     with np.load(path) as stored:
         arrays = {key: stored[key] for key in stored.files}
     arrays["input_mean"] = np.array([{"code": 1}] * len(NAMES), dtype=object)
     np.savez(path, **arrays)
-    with pytest.raises(InputError, match="holds no predictor"):
-        load(path)
+    with pytest.raises(InputError, match="does not hold a predictor"):
+        load_predictor(tmp_path / name)
 
 
 def test_tree_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
     estimator = fit(make_estimator("random_forest", PARAMS), *data(50, 1))
-    ours = portable(estimator, "random_forest", NAMES, TARGETS)
+    ours = to_arrays(estimator, "random_forest", NAMES, TARGETS)
     ours.members[1].right[ours.members[1].feature >= 0] = 0
-    export(ours, tmp_path / "forest")
+    save_predictor(ours, tmp_path / "forest")
     with pytest.raises(InputError, match="child that does not exist"):
-        load(tmp_path / "forest")
+        load_predictor(tmp_path / "forest")
 
 
 def test_wrong_inputs_are_refused(fitted) -> None:
     name, estimator = fitted
-    ours = portable(estimator, name, NAMES, TARGETS)
+    ours = to_arrays(estimator, name, NAMES, TARGETS)
     with pytest.raises(InputError, match=r"shape \(2, 38\); allowed: \(rows, 39\)"):
         ours.predict(np.ones((2, 38)))
     values = np.ones((2, 39))
