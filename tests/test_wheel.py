@@ -53,7 +53,7 @@ class Installed:
 
 
 @pytest.fixture(scope="module")
-def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
+def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Dependencies come as uv.lock pins them; that they are those of the wheel is checked."""
     environment = tmp_path_factory.mktemp("environment") / "user"
     sync = ["uv", "sync", "--frozen", "--no-default-groups", "--no-install-project", "--python", sys.executable]
@@ -61,7 +61,12 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installe
     python = ["--python", str(environment / "bin/python")]
     run("uv", "pip", "install", "--no-deps", *python, str(wheel), cwd=wheel.parent)
     run("uv", "pip", "check", *python, cwd=wheel.parent)
-    return Installed(environment / "bin", tmp_path_factory.mktemp("work"))
+    return environment / "bin"
+
+
+@pytest.fixture
+def installed(programs: Path, tmp_path: Path) -> Installed:
+    return Installed(programs, tmp_path)
 
 
 def test_the_wheel_holds_the_library_alone(wheel: Path):
