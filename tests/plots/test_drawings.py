@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robojoule as rj
-from robojoule.plots import energy, pareto
+from robojoule.plots import energy, pareto, style
 from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.programs.program import Program
 from tests.core_cases import HOME_DEG, kr16
@@ -36,5 +36,5 @@ def test_a_drawing_is_the_same_each_time(drawings, name):
 
 
 def test_used_parts_are_those_that_are_not_zero():
-    rows = {part: np.array([0.0, 1.0 if part in ("base_j", "friction_j") else 0.0]) for part in energy.ENERGY_PARTS}
-    assert energy.used_parts(rows) == ["base_j", "friction_j"]
+    rows = {part: np.array([0.0, 1.0 if part in ("base_j", "friction_j") else 0.0]) for part in style.ENERGY_PARTS}
+    assert style.used_parts(rows) == ["base_j", "friction_j"]
