@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document, load
 from robojoule.errors import InputError
-from robojoule.robots import list_robots, load_robot_file
+from robojoule.robots import list_robots, load_robot, load_robot_file
+
+if TYPE_CHECKING:
+    from robojoule.robots.robot import Robot
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Percent = Annotated[float, Field(gt=0, le=100)]
@@ -22,6 +25,12 @@ class RobotParams(Document):
     name: str = Field(min_length=1, description="Catalog name; a file elsewhere would be no dependency of a stage.")
     payload_kg: float = Field(ge=0, description="Payload mass, up to the rated payload. [kg]")
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
+
+    def robot(self, payload_kg: float | None = None) -> Robot:
+        """The robot with its payload, or with another mass in the same place. [kg]"""
+        from robojoule.robots.robot import Payload  # late: brings Pinocchio
+
+        return load_robot(self.name, Payload(self.payload_kg if payload_kg is None else payload_kg, self.payload_com_m))
 
 
 class GenerateTreesParams(Document):

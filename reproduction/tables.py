@@ -1,20 +1,52 @@
-"""Tables of the pipeline read and checked: every fault of a file is refused by its name and column."""
+"""Tables of the pipeline: Parquet read and checked, so that every fault is refused by its name and column; CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.documents import write_text
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 Filters = Sequence[tuple[str, str, object]]
+Row = dict[str, object]
+"""Cells of one line of a result table, by column."""
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, object]], names: Sequence[str] | None = None) -> None:
+    """Write rows as CSV with a header, lines ended by a line feed, atomically.
+
+    Args:
+        path: The file.
+        rows: The rows.
+        names: Columns in order; those of the first row if not given.
+    """
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(names or (rows[0] if rows else ())), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """Rows of a CSV file as text.
+
+    Raises:
+        InputError: The file is missing or cannot be read.
+    """
+    try:
+        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"the table cannot be read ({error})", file=path) from None
 
 
 def read_table(

@@ -24,8 +24,6 @@ from robojoule.errors import RobojouleError
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
 from robojoule.profile.predictor_file import load_profile_predictor, save_profile_predictor
-from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload, Robot
 from stages.layout import Layout
 
 MODEL = "robojoule_predicted"
@@ -65,14 +63,9 @@ class ProfileTraining:
         return passes_gate(predicted, simulated, self.training, rivals)
 
 
-def robot_of(params: Params) -> Robot:
-    """The catalog entry with the payload of the parameters."""
-    return load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
-
-
 def read_simulated(params: Params, layout: Layout) -> dict[str, SimulatedMotions]:
     """Simulated motions by split: those of some training trees, and all of `HELD_OUT`."""
-    robot = robot_of(params)
+    robot = params.robot.robot()
     most_trees = {"train": TRAINING_TREES}
     return {
         split: read_simulated_motions(robot, layout.motions, layout.runs, split, most_trees.get(split))

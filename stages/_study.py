@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -43,18 +41,6 @@ class StudyLayout:
 
 
 Stage = Callable[["StudyParams", StudyLayout], None]
-
-
-def write_table(path: Path, rows: Sequence[dict[str, object]]) -> None:
-    """Write rows as CSV; columns are those of the first row."""
-    from robojoule.documents import write_text
-
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, buffer.getvalue())
 
 
 def write_parquet(path: Path, rows: Sequence[dict[str, object]]) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 
 from reproduction import features
+from reproduction.claims.features import feature_claims
 from reproduction.config import Params
+from reproduction.tables import write_csv
 from robojoule.documents import atomic_path
 from stages._cli import run
 from stages.layout import Layout
@@ -20,7 +22,8 @@ def build_features(params: Params, layout: Layout) -> None:
         print(f"build_features: {table}, {rows} rows", flush=True)
     with atomic_path(layout.features) as path:
         pq.write_table(features.fetch(connection, "features"), path)
-    for table in features.FINDING_TABLES:
+    write_csv(layout.tables_dir / "claims_features.csv", [claim.row() for claim in feature_claims(connection)])
+    for table in ("correlations", "retrace"):
         with atomic_path(layout.tables_dir / f"{table}.csv") as path:
             connection.table(table).write_csv(str(path))
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from reproduction.claims.claim import CLAIM_COLUMNS
 from reproduction.config import Params
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.report.gallery import Picture, draw_all
-from reproduction.report.merge import CLAIM_COLUMNS, csv_text, merged_claims, merged_metrics
+from reproduction.report.merge import merged_claims, merged_metrics
 from reproduction.report.page import report_html
 from reproduction.report.results import ResultFiles, Results
+from reproduction.tables import write_csv
 from robojoule.documents import write_document, write_text
 from robojoule.plots.style import Style
-from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload
 from stages._cli import run
 from stages.layout import Layout
 
@@ -22,7 +22,7 @@ def draw_figures(params: Params, layout: Layout) -> None:
     shape = params.evaluate_plans.three_segment
     results = Results(
         ResultFiles(layout.data_dir, layout.tables_dir, layout.metrics_dir, layout.studies_dir),
-        load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m)),
+        params.robot.robot(),
         ThreeSegmentShape(shape.left_fraction, shape.right_fraction, shape.offset_j),
     )
     claims, metrics = merged_claims(results), merged_metrics(layout.metrics_dir)
@@ -39,7 +39,7 @@ def draw_figures(params: Params, layout: Layout) -> None:
             stale.unlink()
     for picture in pictures:
         write_text(layout.figures_dir / f"{picture.entry.name}.svg", picture.svg)
-    write_text(layout.tables_dir / "claims.csv", csv_text(CLAIM_COLUMNS, claims))
+    write_csv(layout.tables_dir / "claims.csv", claims, CLAIM_COLUMNS)
     write_document(layout.metrics, metrics)
     write_text(layout.report, page)
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -13,17 +10,16 @@ from pathlib import Path
 import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
-from reproduction.claims import plans as claims
+from reproduction.claims.plans import plan_claims
 from reproduction.config import Params
 from reproduction.experiment import results
 from reproduction.experiment.data import read_experiment
 from reproduction.experiment.experiment import full_speed_energies_j, run_experiment, sensitivity
-from reproduction.experiment.gaps import Row, win_rows
+from reproduction.experiment.gaps import win_rows
+from reproduction.tables import Row, write_csv
 from robojoule.documents import atomic_path, write_text
 from robojoule.formats.tree_files import load_tree
 from robojoule.planning.batch import TreeBatch
-from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload, Robot
 from stages._cli import run
 from stages.layout import Layout
 
@@ -36,7 +32,7 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
     settings = params.evaluate_plans
     with threadpool_limits(1):  # sums of a matrix product depend on the number of threads
         data = read_experiment(
-            _robot(params, params.robot.payload_kg),
+            params.robot.robot(),
             trees=layout.trees,
             trees_dir=layout.trees_dir,
             motions=layout.motions,
@@ -76,9 +72,9 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
         "gaps": results.gaps_table(found),
         "wins": win_rows(found.plan_energies(), {}),
         "payload_sensitivity": payloads,
-        "claims_plans": claims.claim_rows(found, data.batch),
+        "claims_plans": [claim.row() for claim in plan_claims(found, data.batch)],
     }.items():
-        write_text(layout.tables_dir / f"{name}.csv", _csv(rows))
+        write_csv(layout.tables_dir / f"{name}.csv", rows)
     write_text(layout.metrics_dir / "plans.json", json.dumps(results.metrics(found), indent=2) + "\n")
 
 
@@ -86,7 +82,7 @@ def _with_payload(
     params: Params, trees_dir: Path, tree_ids: tuple[str, ...], slowest: float, payload_kg: float
 ) -> list[Row]:
     """Rows of the sensitivity for one payload; runs in a process of its own."""
-    robot = _robot(params, payload_kg)
+    robot = params.robot.robot(payload_kg)
     with threadpool_limits(1):
         batch = TreeBatch(robot, [load_tree(trees_dir / f"{tree_id}.yaml", robot) for tree_id in tree_ids], slowest)
         cycles = tuple(sensitivity(batch, params.evaluate_plans, _say))
@@ -94,18 +90,6 @@ def _with_payload(
     complexities = ("",) * len(tree_ids)  # the rows do not tell trees apart
     found = results.ExperimentResults(tree_ids, complexities, batch.least_cycles_s, energies, cycles)
     return results.payload_rows(found, payload_kg)
-
-
-def _robot(params: Params, payload_kg: float) -> Robot:
-    return load_robot(params.robot.name, Payload(payload_kg, params.robot.payload_com_m))
-
-
-def _csv(rows: Sequence[Row]) -> str:
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue()
 
 
 def _say(text: str) -> None:

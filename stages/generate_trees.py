@@ -15,9 +15,7 @@ from robojoule.documents import atomic_path
 from robojoule.errors import InputError
 from robojoule.formats.tree_files import save_tree
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.robots import load_robot
 from robojoule.robots.collision import CollisionModel
-from robojoule.robots.robot import Payload
 from stages._cli import run
 from stages.layout import Layout
 
@@ -28,7 +26,7 @@ _PROGRESS_LINES = 20
 def generate_trees(params: Params, layout: Layout) -> None:
     """Write data/trees.parquet and the experiment trees as operation-tree files."""
     settings = params.generate_trees
-    robot = load_robot(params.robot.name, Payload(params.robot.payload_kg, params.robot.payload_com_m))
+    robot = params.robot.robot()
     collisions = CollisionModel(robot)
     trees_seed, experiment_seed, split_seed = np.random.SeedSequence(settings.seed).spawn(3)
     groups = {

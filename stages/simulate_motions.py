@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
-from reproduction.config import Params, RobotParams
+from reproduction.config import Params
 from reproduction.motions.tables import (
     MotionTable,
     motions_of_trees,
@@ -24,14 +23,14 @@ from reproduction.motions.tables import (
     write_samples,
     write_table,
 )
-from reproduction.reference_robot.check import check_energy_model
+from reproduction.reference_robot.check import energy_model_rows
 from reproduction.reference_robot.figures import energy_model_figures
+from reproduction.tables import write_csv
 from reproduction.validation.kr300 import kr300_energy_error_percent
-from robojoule.documents import atomic_path, write_text
+from robojoule.documents import write_text
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
-from robojoule.robots import load_robot
-from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.robot import Robot
 from stages._cli import run
 from stages.layout import Layout
 
@@ -39,7 +38,7 @@ from stages.layout import Layout
 def simulate_motions(params: Params, layout: Layout) -> None:
     """Simulate all motions of `data/trees.parquet`, in shards on all processors."""
     settings = params.simulate_motions
-    motions = motions_of_trees(_read_trees(layout.trees, robot_of(params.robot).joint_count))
+    motions = motions_of_trees(_read_trees(layout.trees, params.robot.robot().joint_count))
     shards = range(0, len(motions.motion_id), settings.shard_motions)
     layout.samples_dir.mkdir(parents=True, exist_ok=True)
     for stale in layout.samples_dir.glob("part-*.parquet"):
@@ -53,15 +52,9 @@ def simulate_motions(params: Params, layout: Layout) -> None:
     joined = [pa.concat_tables(parts) for parts in zip(*tables, strict=True)]
     for path, table in zip((layout.motions, layout.runs, layout.paths), joined, strict=True):
         write_table(path, table)
-    metrics = energy_model_metrics(robot_of(params.robot), joined[0], joined[1])
+    metrics = energy_model_metrics(params.robot.robot(), joined[0], joined[1])
     write_text(layout.metrics_dir / "energy_model.json", json.dumps(metrics, indent=2) + "\n")
-    with atomic_path(layout.tables_dir / "energy_model.csv") as temporary:
-        pacsv.write_csv(check_energy_model(metrics), temporary)
-
-
-def robot_of(params: RobotParams) -> Robot:
-    """The robot and payload that the parameters name."""
-    return load_robot(params.name, Payload(params.payload_kg, params.payload_com_m))
+    write_csv(layout.tables_dir / "energy_model.csv", energy_model_rows(metrics))
 
 
 def _read_trees(path: Path, joints: int) -> pa.Table:
@@ -96,7 +89,7 @@ def _simulate_shard(
     part = motions.rows(slice(first, first + settings.shard_motions))
     speed_limits = np.asarray(settings.speed_limits_percent) / 100.0
     with threadpool_limits(1):  # one process a processor: threads inside would only compete
-        paths = MotionPaths(robot_of(params.robot), part.start_rad, part.end_rad)
+        paths = MotionPaths(params.robot.robot(), part.start_rad, part.end_rad)
         runs = paths.simulate(speed_limits)
         target = samples_dir / f"part-{first // settings.shard_motions:04d}.parquet"
         write_samples(target, part.motion_id, paths, speed_limits, settings.sample_rate_hz)

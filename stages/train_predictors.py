@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from reproduction.claims import predictors as claims
+from reproduction.claims.predictors import predictor_claims
 from reproduction.config import Params, TrainPredictorsParams
 from reproduction.predictors import evaluation
 from reproduction.predictors.conversion import to_arrays
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
 from reproduction.predictors.predictor_file import save_predictor
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names, steepness
-from reproduction.tables import columns, read_table
+from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
+from reproduction.tables import Row, columns, read_table, write_csv
 from reproduction.tracking import store as _tracking
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
+from robojoule.profile.parameters import steepness
 from stages._cli import run
 from stages._profile_predictor import (
     HELD_OUT,
@@ -35,12 +33,11 @@ from stages._profile_predictor import (
     ProfileTraining,
     read_simulated,
     record_profile_predictor,
-    robot_of,
     train_profile_predictor,
 )
 from stages.layout import Layout
 
-Rows = list[dict[str, object]]
+Rows = list[Row]
 
 
 @dataclass(frozen=True)
@@ -127,16 +124,18 @@ def write_tables(
     """Write Table 5.1, the order of suitability, the claims and the metrics; return the metrics."""
     errors, order, metrics = _evaluate(predictions, features)
     metrics["interval"] = {MODEL: interval}
-    _write_csv(layout.tables_dir / "table_5_1.csv", errors)
-    _write_csv(layout.tables_dir / "suitability.csv", order)
-    _write_csv(layout.tables_dir / "claims_predictors.csv", claims.rows(predictions, metrics))
+    write_csv(layout.tables_dir / "table_5_1.csv", errors)
+    write_csv(layout.tables_dir / "suitability.csv", order)
+    write_csv(
+        layout.tables_dir / "claims_predictors.csv", [claim.row() for claim in predictor_claims(predictions, metrics)]
+    )
     write_text(layout.metrics_dir / "predictors.json", json.dumps(metrics, indent=2, allow_nan=False) + "\n")
     return metrics
 
 
 def _input_names(params: Params) -> tuple[str, ...]:
     """The inputs for as many joints as the robot has."""
-    return input_names(robot_of(params).joint_count)
+    return input_names(params.robot.robot().joint_count)
 
 
 def _read_features(params: Params, layout: Layout) -> pa.Table:
@@ -226,14 +225,6 @@ def _rounded(row: dict[str, object]) -> dict[str, object]:
 
 def _finite(figures: dict[str, float]) -> dict[str, float]:
     return {key: round(value, 6) for key, value in figures.items() if math.isfinite(value)}
-
-
-def _write_csv(path: Path, rows: Rows) -> None:
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, buffer.getvalue())
 
 
 def main() -> None:

@@ -1,1 +1,1 @@
-"""Claims of the thesis held against our results."""
+"""Claims of the thesis beside what comes out here."""

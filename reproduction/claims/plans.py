@@ -1,11 +1,11 @@
-"""The thesis's claims about plans (chapter 6), held against our results."""
+"""The thesis's claims about plans (chapter 6), beside what comes out here."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from reproduction.claims.claim import Claim
 from reproduction.experiment.experiment import Variant
-from reproduction.experiment.gaps import Row
 from reproduction.experiment.results import ExperimentResults
 from reproduction.methods.methods import PREDICTOR_RUNS, PROFILING_RUNS, profiling_speed_limits
 from robojoule.arrays import Array
@@ -25,11 +25,11 @@ THESIS_SAVINGS = {
     (121.0, 6): (25.93, 32.36),
     (133.0, 6): (37.26, 38.07),
 }
-RANGE_TOLERANCE = 5.0  # percentage points by which our range of savings may miss the thesis's
+RANGE_TOLERANCE = 5.0  # percentage points by which the range of savings may miss the thesis's
 
 
-def claim_rows(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
-    """Claims with the thesis's figures, ours, and whether they hold; those without data are left out."""
+def plan_claims(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
+    """Claims about plans; those without data are left out."""
     rows = _order_of_methods(results) + _more_segments(results) + _range(results)
     if results.variants().count(PREDICTED) and _krc_segments(results):
         segments = min(_krc_segments(results))
@@ -37,15 +37,11 @@ def claim_rows(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
     return rows + _profiling(results, batch)
 
 
-def _row(claim: str, thesis: str, ours: str, held: bool) -> Row:
-    return {"claim": claim, "thesis": thesis, "ours": ours, "held": "true" if held else "false"}
-
-
 def _krc_segments(results: ExperimentResults) -> list[int]:
     return [variant.krc_segments for variant in results.quoted() if variant.krc_segments is not None]
 
 
-def _order_of_methods(results: ExperimentResults) -> list[Row]:
+def _order_of_methods(results: ExperimentResults) -> list[Claim]:
     rows = []
     for (relaxation, segments), (krc, predicted) in THESIS_SAVINGS.items():
         if relaxation not in results.relaxations() or segments not in _krc_segments(results):
@@ -53,7 +49,7 @@ def _order_of_methods(results: ExperimentResults) -> list[Row]:
         ours = results.savings_percent(PREDICTED, relaxation).mean(), _krc_saving(results, segments, relaxation)
         above = predicted > krc
         rows.append(
-            _row(
+            Claim(
                 f"at {relaxation:g} % the predicted profiles save {'more' if above else 'less'} than the polynomial "
                 f"ones with {segments} segments",
                 f"{predicted:.2f} % against {krc:.2f} %",
@@ -68,7 +64,7 @@ def _krc_saving(results: ExperimentResults, segments: int, relaxation: float) ->
     return float(results.savings_percent(results.krc(segments), relaxation).mean())
 
 
-def _more_segments(results: ExperimentResults) -> list[Row]:
+def _more_segments(results: ExperimentResults) -> list[Claim]:
     if not {4, 6} <= set(_krc_segments(results)):
         return []
     rows = []
@@ -78,7 +74,7 @@ def _more_segments(results: ExperimentResults) -> list[Row]:
         ours = [_krc_saving(results, segments, relaxation) for segments in (4, 6)]
         thesis = [THESIS_SAVINGS[relaxation, segments][0] for segments in (4, 6)]
         rows.append(
-            _row(
+            Claim(
                 f"at {relaxation:g} % six segments of the polynomial profile save more than four",
                 f"{thesis[1]:.2f} % against {thesis[0]:.2f} % (other trees)",
                 f"{ours[1]:.2f} % against {ours[0]:.2f} % (the same trees)",
@@ -88,7 +84,7 @@ def _more_segments(results: ExperimentResults) -> list[Row]:
     return rows
 
 
-def _range(results: ExperimentResults) -> list[Row]:
+def _range(results: ExperimentResults) -> list[Claim]:
     savings = []
     for relaxation, segments in THESIS_SAVINGS:
         if relaxation in results.relaxations() and segments in _krc_segments(results):
@@ -101,7 +97,7 @@ def _range(results: ExperimentResults) -> list[Row]:
     low, high = min(savings), max(savings)
     held = abs(low - 13.0) <= RANGE_TOLERANCE and abs(high - 50.0) <= RANGE_TOLERANCE
     return [
-        _row(
+        Claim(
             f"average savings range from 13 % to 50 % (published convention, ends within {RANGE_TOLERANCE:g} points)",
             "12.75 % to 49.64 %",
             f"{low:.2f} % to {high:.2f} %",
@@ -110,7 +106,7 @@ def _range(results: ExperimentResults) -> list[Row]:
     ]
 
 
-def _spread(results: ExperimentResults, segments: int) -> list[Row]:
+def _spread(results: ExperimentResults, segments: int) -> list[Claim]:
     relaxation = min(results.relaxations())
 
     def slowed(variant: Variant) -> float:
@@ -120,7 +116,7 @@ def _spread(results: ExperimentResults, segments: int) -> list[Row]:
 
     ours = slowed(PREDICTED), slowed(results.krc(segments))
     return [
-        _row(
+        Claim(
             f"at {relaxation:g} % the predicted profiles slow down more motions than the polynomial ones",
             "11 of 11 against 6 of 11 motions (Figure 6.2, one tree)",
             f"{ours[0]:.1f} against {ours[1]:.1f} motions of a tree on average",
@@ -129,7 +125,7 @@ def _spread(results: ExperimentResults, segments: int) -> list[Row]:
     ]
 
 
-def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[Row]:
+def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[Claim]:
     relaxation = max(results.relaxations())
 
     def mid_cycle(variant: Variant) -> float:
@@ -141,7 +137,7 @@ def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[
 
     ours = mid_cycle(PREDICTED), mid_cycle(results.krc(segments))
     return [
-        _row(
+        Claim(
             f"at {relaxation:g} % the predicted profiles insert longer waits in the middle of the cycle",
             "about 2 s against none; less than 1 s at the beginning (Figure 6.3, one tree)",
             f"{ours[0]:.2f} s against {ours[1]:.2f} s away from HOME on average",
@@ -155,12 +151,12 @@ def _mid_cycle_wait_s(prior_s: Array, post_s: Array) -> float:
     return float(prior_s[1:].sum() + post_s[:-1].sum())
 
 
-def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
+def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
     rows = []
     if _krc_segments(results):
         speed, duration = (results.spacing_saving_percent(spacing) for spacing in ("speed", "duration"))
         rows.append(
-            _row(
+            Claim(
                 "the polynomial is fitted to five runs whose spacing matters little (below one percentage point)",
                 "spacing not stated",
                 f"mean saving {speed:.2f} % equidistant in speed, {duration:.2f} % in duration; quoted: "
@@ -171,7 +167,7 @@ def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Row]:
     five = float(batch.paths.durations(profiling_speed_limits(batch, "speed")).sum())
     two = float((batch.d_min_s + batch.d_max_s).sum())
     rows.append(
-        _row(
+        Claim(
             "two profiling runs instead of five nearly halve the time for obtaining profiles",
             "2 against 5 runs, nearly half the time",
             f"{PREDICTOR_RUNS} against {PROFILING_RUNS} runs, {100.0 * two / five:.0f} % of the simulated motion time",

@@ -1,19 +1,20 @@
-"""What the thesis's chapter 5 says of its predictors, beside what ours show."""
+"""What the thesis's chapter 5 says of its predictors, beside what comes out here."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reproduction.claims.claim import Claim
 from reproduction.predictors.profile_parameters import TARGETS
 from reproduction.tables import columns
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Claim = dict[str, object]
 Metrics = Mapping[str, Mapping[str, Mapping[str, float]]]
 
 _NAMES = dict(zip(TARGETS, ("energy saving", "optimal duration", "energy penalty"), strict=True))
@@ -22,15 +23,12 @@ _MEANS = dict(zip(TARGETS, (18.5, 6.0, 5.0), strict=True))
 _SIMILAR = 1.25  # two median errors are similar where the larger is at most a quarter above the smaller
 
 
-def rows(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
-    """Claims with the thesis's figures, ours, and whether ours are as good or point the same way.
+def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
+    """Claims about predictors: their errors, and where they are large.
 
     Args:
         predictions: Columns model, split, `TARGETS` and `TARGETS` + `_measured`, N rows.
         metrics: target -> model -> figure, see `reports/metrics/predictors.json`.
-
-    Returns:
-        Rows with the keys claim, thesis, ours, held.
     """
     claims = []
     for target, name in _NAMES.items():
@@ -38,21 +36,20 @@ def rows(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
     for target, name in _NAMES.items():
         claim = _at_most(f"Mean relative error of the {name}, random forest", _MEANS, "mean", target, metrics)
         if target == TARGETS[0]:
-            claim["ours"] = (
-                f"{claim['ours']}; forest over savings of 1 J and more: {_mean_above(predictions, 1.0):.1f} %"
-            )
+            above = _mean_above(predictions, 1.0)
+            claim = replace(claim, ours=f"{claim.ours}; forest over savings of 1 J and more: {above:.1f} %")
         claims.append(claim)
     claims += [_hardest(metrics), _similar(metrics), _within_tenth(predictions), *_sizes(predictions)]
     forest = metrics["suitability"].get("random_forest", {})
     network = metrics["suitability"].get("neural_network", {})
     if "spearman_mean" in forest and "spearman_mean" in network:
         claims.append(
-            {
-                "claim": "The predicted order of suitability within a tree follows the measured one",
-                "thesis": "consistent (no figure; taken as a mean Spearman correlation above 0.8)",
-                "ours": f"{forest['spearman_mean']:.2f} (forest), {network['spearman_mean']:.2f} (network)",
-                "held": _text(forest["spearman_mean"] > 0.8),
-            }
+            Claim(
+                "The predicted order of suitability within a tree follows the simulated one",
+                "consistent (no figure; taken as a mean Spearman correlation above 0.8)",
+                f"{forest['spearman_mean']:.2f} (forest), {network['spearman_mean']:.2f} (network)",
+                forest["spearman_mean"] > 0.8,
+            )
         )
     return claims
 
@@ -60,12 +57,12 @@ def rows(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
 def _at_most(claim: str, published: Mapping[str, float], figure: str, target: str, metrics: Metrics) -> Claim:
     ours = metrics[target]["random_forest"].get(f"rel_{figure}_percent", float("nan"))
     network = metrics[target]["neural_network"].get(f"rel_{figure}_percent", float("nan"))
-    return {
-        "claim": claim,
-        "thesis": f"{published[target]:g} %",
-        "ours": f"{ours:.1f} % (network {network:.1f} %)",
-        "held": _text(ours <= published[target]),
-    }
+    return Claim(
+        claim,
+        f"{published[target]:g} %",
+        f"{ours:.1f} % (network {network:.1f} %)",
+        ours <= published[target],
+    )
 
 
 def _mean_above(predictions: pa.Table, least_j: float) -> float:
@@ -80,12 +77,12 @@ def _mean_above(predictions: pa.Table, least_j: float) -> float:
 def _hardest(metrics: Metrics) -> Claim:
     medians = {name: metrics[target]["random_forest"].get("rel_p50_percent", 0.0) for target, name in _NAMES.items()}
     ranked = sorted(medians, key=lambda name: -medians[name])
-    return {
-        "claim": "Order of the targets by median relative error, largest first",
-        "thesis": "energy saving, energy penalty, optimal duration",
-        "ours": ", ".join(ranked),
-        "held": _text(ranked == ["energy saving", "energy penalty", "optimal duration"]),
-    }
+    return Claim(
+        "Order of the targets by median relative error, largest first",
+        "energy saving, energy penalty, optimal duration",
+        ", ".join(ranked),
+        ranked == ["energy saving", "energy penalty", "optimal duration"],
+    )
 
 
 def _similar(metrics: Metrics) -> Claim:
@@ -93,23 +90,23 @@ def _similar(metrics: Metrics) -> Claim:
         name: [metrics[target][model].get("rel_p50_percent", 0.0) for model in ("random_forest", "neural_network")]
         for target, name in _NAMES.items()
     }
-    return {
-        "claim": "Random forest and neural network are similarly accurate (median relative errors)",
-        "thesis": "similar (taken as within a quarter)",
-        "ours": "; ".join(f"{name} {forest:.1f} against {network:.1f} %" for name, (forest, network) in pairs.items()),
-        "held": _text(all(max(pair) <= _SIMILAR * min(pair) for pair in pairs.values())),
-    }
+    return Claim(
+        "Random forest and neural network are similarly accurate (median relative errors)",
+        "similar (taken as within a quarter)",
+        "; ".join(f"{name} {forest:.1f} against {network:.1f} %" for name, (forest, network) in pairs.items()),
+        all(max(pair) <= _SIMILAR * min(pair) for pair in pairs.values()),
+    )
 
 
 def _within_tenth(predictions: pa.Table) -> Claim:
     predicted, measured = _forest_on_test(predictions, TARGETS[1])
     share = 100.0 * float((np.abs(predicted - measured) <= 0.1 * measured).mean())
-    return {
-        "claim": "Optimal durations within 10 % of the true value, random forest",
-        "thesis": "vast majority (taken as 80 % or more)",
-        "ours": f"{share:.0f} %",
-        "held": _text(share >= 80.0),
-    }
+    return Claim(
+        "Optimal durations within 10 % of the true value, random forest",
+        "vast majority (taken as 80 % or more)",
+        f"{share:.0f} %",
+        share >= 80.0,
+    )
 
 
 def _sizes(predictions: pa.Table) -> list[Claim]:
@@ -124,18 +121,18 @@ def _sizes(predictions: pa.Table) -> list[Claim]:
     large = float(np.median(measured[error >= np.quantile(error, 0.9)]))
     middle = float(np.median(measured))
     return [
-        {
-            "claim": "Large relative errors of the energy saving occur for small savings",
-            "thesis": "small values",
-            "ours": f"median saving {small:.0f} J in the worst tenth, {middle:.0f} J in all",
-            "held": _text(small < middle),
-        },
-        {
-            "claim": "Large absolute errors of the energy saving occur for large savings",
-            "thesis": "large values",
-            "ours": f"median saving {large:.0f} J in the worst tenth, {middle:.0f} J in all",
-            "held": _text(large > middle),
-        },
+        Claim(
+            "Large relative errors of the energy saving occur for small savings",
+            "small values",
+            f"median saving {small:.0f} J in the worst tenth, {middle:.0f} J in all",
+            small < middle,
+        ),
+        Claim(
+            "Large absolute errors of the energy saving occur for large savings",
+            "large values",
+            f"median saving {large:.0f} J in the worst tenth, {middle:.0f} J in all",
+            large > middle,
+        ),
     ]
 
 
@@ -143,7 +140,3 @@ def _forest_on_test(predictions: pa.Table, target: str) -> tuple[np.ndarray, np.
     model, split = (np.array(predictions[name].to_pylist()) for name in ("model", "split"))
     values = columns(predictions, (target, f"{target}_measured"))[(model == "random_forest") & (split == "test")]
     return values[:, 0], values[:, 1]
-
-
-def _text(held: bool) -> str:
-    return "true" if held else "false"

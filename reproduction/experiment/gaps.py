@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reproduction.tables import Row
 from robojoule.arrays import Array
 
-Row = dict[str, object]
 RESAMPLES = 2000
 CONFIDENCE = 0.95
 _TIE = 1e-6  # relative difference of energies that counts as equal

@@ -10,7 +10,8 @@ import numpy as np
 import pyarrow as pa
 
 from reproduction.experiment.experiment import POINT_SPACINGS, PlannedCycle, Variant
-from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows
+from reproduction.experiment.gaps import PlanEnergies, gap_rows
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 

@@ -1,4 +1,4 @@
-"""Features and targets of motions, computed by DuckDB from the pipeline's Parquet files: one SQL file a table."""
+"""Features and targets of motions, computed by DuckDB from the pipeline's Parquet files: one SQL file per table."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from reproduction.features.optima import add_optima
 from reproduction.features.views import LABELS, add_view, check_complete, source_name
 from robojoule.errors import InputError
 
@@ -62,14 +63,17 @@ def connect(
 
 
 def build(connection: duckdb.DuckDBPyConnection, tables: tuple[str, ...] = FEATURE_TABLES) -> None:
-    """Create `tables` in their order by running the SQL file of each.
+    """Create `tables` in their order by running the SQL file of each; `optima` is computed by `robojoule.profile`.
 
     Args:
         connection: From `connect`.
         tables: Some of `INPUT_TABLES`, `FEATURE_TABLES`, `FINDING_TABLES`; a table needs those before it.
     """
     for table in tables:
-        connection.execute(sql(table))
+        if table == "optima":
+            add_optima(connection)
+        else:
+            connection.execute(sql(table))
 
 
 def sql(table: str) -> str:

@@ -49,18 +49,3 @@ def bounded(predictions: Array, duration_fastest_s: Array, duration_slowest_s: A
     result = np.maximum(predictions, 0.0)
     result[:, 1] = np.clip(predictions[:, 1], duration_fastest_s, duration_slowest_s)
     return result
-
-
-def steepness(profile_parameters: Array, duration_fastest_s: Array) -> Array:
-    """Energy saved per second of slowing down (Eq. 4.1); 0 where nothing is saved or no time is lost.
-
-    Args:
-        profile_parameters: Columns in the order of `TARGETS`, shape (N, 3).
-        duration_fastest_s: Durations at full speed, shape (N,). [s]
-
-    Returns:
-        Steepness, shape (N,). [J/s]
-    """
-    saving, delay = profile_parameters[:, 0], profile_parameters[:, 1] - duration_fastest_s
-    worth = (saving > 0) & (delay > 0)
-    return np.where(worth, saving, 0.0) / np.where(worth, delay, 1.0)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import pyarrow as pa
+from reproduction.claims.claim import verdict
+from reproduction.tables import Row
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,17 @@ PUBLISHED_FIGURES = (
 )
 
 
-def check_energy_model(metrics: dict[str, float]) -> pa.Table:
-    """Table of the published figures: figure, published, bounds, ours, fitted or not, held or not."""
-    rows = [
+def energy_model_rows(metrics: dict[str, float]) -> list[Row]:
+    """The published figures, one row each: figure, published, bounds, ours, fitted or not, held or not."""
+    return [
         {
             "figure": item.figure,
             "published": item.published,
             "low": item.low,
             "high": item.high,
             "ours": round(metrics[item.metric], 4),
-            "fitted": item.fitted,
-            "held": item.low <= metrics[item.metric] <= item.high,
+            "fitted": verdict(item.fitted),
+            "held": verdict(item.low <= metrics[item.metric] <= item.high),
         }
         for item in PUBLISHED_FIGURES
     ]
-    return pa.Table.from_pylist(rows)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.arrays import Array, Index
+from robojoule.profile.parameters import optimal_run, profile_parameters
 
 EXAMPLE_MOTION = np.array([[0.63, 1340.0], [0.94, 1144.0], [3.76, 2800.0]])
 """Thesis section 4.3: duration [s] and energy [J] at full speed, at the optimum and at 10 %."""
@@ -31,11 +32,9 @@ def energy_model_figures(
     powers = tree_powers_w(duration_s[experiment], energy_j[experiment], tree[experiment])
     rows = np.flatnonzero(duration_s[:, -1] > 0)
     duration, energy = duration_s[rows], energy_j[rows]
-    best = energy.argmin(axis=1)
-    number = np.arange(len(rows))
-    optimum_s, optimum_j = duration[number, best], energy[number, best]
-    rising = np.flatnonzero(best > 0)
-    chord = (energy[rising, 0] - optimum_j[rising]) / (duration[rising, 0] - optimum_s[rising])
+    _, optimal_s, penalty_j = profile_parameters(duration, energy).T
+    rising = duration[:, 0] > optimal_s
+    chord = penalty_j[rising] / (duration[rising, 0] - optimal_s[rising])
     return {
         "mean_power_full_speed_w": float(powers.mean()),
         "min_tree_power_full_speed_w": float(powers.min()),
@@ -55,9 +54,8 @@ def tree_powers_w(duration_s: Array, energy_j: Array, tree: Index) -> Array:
 
 def inside(duration_s: Array, energy_j: Array) -> NDArray[np.bool_]:
     """Whether each profile's optimum lies at neither end; arguments as in `energy_model_figures`, result (M,)."""
-    best = energy_j.argmin(axis=1)
-    optimum_s = duration_s[np.arange(len(best)), best]
-    return np.asarray((best > 0) & (optimum_s > duration_s[:, -1] + 1e-9), dtype=np.bool_)
+    optimal_s = profile_parameters(duration_s, energy_j)[:, 1]
+    return np.asarray((optimal_s < duration_s[:, 0]) & (optimal_s > duration_s[:, -1] + 1e-9), dtype=np.bool_)
 
 
 def example_deviations(duration_s: Array, energy_j: Array) -> Array:
@@ -70,15 +68,15 @@ def example_deviations(duration_s: Array, energy_j: Array) -> Array:
     Returns:
         Duration and energy at full speed, at the optimum and at the slowest speed limit, shape (M, 6). [-]
     """
-    number, best = np.arange(len(energy_j)), energy_j.argmin(axis=1)
+    number, best = np.arange(len(energy_j)), optimal_run(duration_s, energy_j)
     pairs = [(x[:, -1], x[number, best], x[:, 0]) for x in (duration_s, energy_j)]
     shape = np.stack([values[k] for k in range(3) for values in pairs], axis=1)
     return np.asarray(shape / EXAMPLE_MOTION.ravel() - 1.0)
 
 
 def rising_linear_r2(duration_s: Array, energy_j: Array) -> float:
-    """Median R2 of a line through each profile from one measured point after the optimum to the slowest run."""
-    best = energy_j.argmin(axis=1)
+    """Median R2 of a line through each profile from one run after the optimum to the slowest run."""
+    best = optimal_run(duration_s, energy_j)
     values = []
     for last in range(3, duration_s.shape[1]):  # three points at least: two always lie on a line
         rows = np.flatnonzero(best == last)

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from reproduction.claims.claim import CLAIM_COLUMNS, verdict
 from reproduction.report.results import Results, Rows
 from robojoule.documents import read_document
 from robojoule.errors import InputError
 
 CLAIM_TABLES = ("claims_features", "claims_predictors", "claims_plans")
-CLAIM_COLUMNS = ("claim", "thesis", "ours", "held")
 METRIC_GROUPS = ("energy_model", "predictors", "plans")
-_HELD = {"true": "true", "false": "false", "": ""}
 
 
 def merged_claims(results: Results) -> Rows:
@@ -31,10 +27,11 @@ def merged_claims(results: Results) -> Rows:
             missing = [column for column in CLAIM_COLUMNS if row.get(column) is None]
             if missing:
                 raise InputError(f"column '{missing[0]}' is missing", file=path, key=row.get("claim"))
-            held = _HELD.get(row["held"].strip().lower())
-            if held is None:
-                raise InputError(f"'{row['held']}' is no verdict", file=path, key="held", allowed="true, false, empty")
-            rows.append({**{column: row[column] for column in CLAIM_COLUMNS}, "held": held})
+            if row["held"] not in map(verdict, (True, False, None)):
+                raise InputError(
+                    f"'{row['held']}' is not a verdict", file=path, key="held", allowed="true, false, empty"
+                )
+            rows.append({column: row[column] for column in CLAIM_COLUMNS})
     return rows
 
 
@@ -52,12 +49,3 @@ def merged_metrics(metrics_dir: Path) -> dict[str, Any]:
             if not isinstance(merged[group], dict):
                 raise InputError("metrics must be one JSON object", file=path)
     return merged
-
-
-def csv_text(columns: Iterable[str], rows: Rows) -> str:
-    """Rows as CSV with a header, lines ended by a line feed."""
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(columns), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue()

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
+from reproduction.tables import read_csv
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
@@ -161,12 +162,7 @@ def _check_types(types: dict[str, str], needed: Sequence[str], path: Path) -> No
 
 
 def _csv(path: Path) -> Rows | None:
-    if not path.exists():
-        return None
-    try:
-        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"the table cannot be read ({error})", file=path) from None
+    return read_csv(path) if path.exists() else None
 
 
 def published(table: str) -> Rows:

@@ -198,7 +198,7 @@ def study_tables(results: Results) -> list[Table]:
         ("robots_errors", "Medians over robots of relative errors, regime (c) [%]"),
         ("motions_coverage", "Prediction intervals of nominally 90 %, regimes (a) and (b)"),
         ("robots_coverage", "Prediction intervals of nominally 90 %, regime (c)"),
-        ("bars", "What was meant to be reached, and what was"),
+        ("targets", "What was meant to be reached, and what was"),
     ):
         if all_rows := results.study(name):
             found.append(_plain(all_rows, caption, frozenset()))

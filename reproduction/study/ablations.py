@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows
+from reproduction.experiment.gaps import PlanEnergies, gap_rows
 from reproduction.study.cases import PlantBatch
 from reproduction.study.plans import Costs, path_costs, three_segment_method
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.planning.costs import VertexCosts
 from robojoule.profile.parameters import profile_parameters

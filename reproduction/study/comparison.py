@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from reproduction.experiment.gaps import Row
 from reproduction.predictors.profile_fit import fit_profile_predictor
 from reproduction.study.cases import PlantBatch, measure
 from reproduction.study.config import StudyParams
@@ -20,6 +19,7 @@ from reproduction.study.plant import draw_plant
 from reproduction.study.regimes import plant_batch, robot_with_payload, speed_limits, streams
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import MODELS, fit_model, motion_features
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.calibration.run_model import ObservedRuns
 from robojoule.profile.parameters import profile_parameters

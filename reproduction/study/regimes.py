@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from reproduction.config import ForestParams
-from reproduction.experiment.gaps import PlanEnergies, Row, gap_rows, win_rows
+from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
 from reproduction.predictors import estimators
 from reproduction.predictors.profile_fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
@@ -26,6 +26,7 @@ from reproduction.study.plant import Plant, draw_plant
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import motion_features
 from reproduction.study.transfer import transferred_prior
+from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.run_fit import Calibration

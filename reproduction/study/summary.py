@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.experiment.gaps import Row
 from reproduction.predictors.evaluation import error_rows
 from reproduction.predictors.profile_parameters import TARGETS
+from reproduction.tables import Row
 from robojoule.arrays import Array
 
 

@@ -1,22 +1,26 @@
-"""What the predictor was meant to reach, beside what it reached: one row a bar, held or not."""
+"""What the predictor was meant to reach, beside what it reached: one row per target, held or not."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from reproduction.experiment.gaps import Row
+from reproduction.claims.claim import verdict
+from reproduction.tables import Row
 
 # Median relative errors of saving, optimal duration, penalty. [%]
-ERROR_BARS = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_penalty_j": 1.5}
+ERROR_TARGETS = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_penalty_j": 1.5}
 THESIS_ERRORS = {"energy_saving_j": 10.4, "optimal_duration_s": 4.5, "energy_penalty_j": 4.8}
 ORACLE_FACTOR = 1.5  # an error within this of the oracle's counts as reached: nobody knows the hidden state
-GAP_BARS = {"same_robot": 0.5, "unseen_payload": 1.0}  # mean gap to the optimum [%]
+GAP_TARGETS = {"same_robot": 0.5, "unseen_payload": 1.0}  # mean gap to the optimum [%]
 OURS = "robojoule_predicted"
 RIVALS = ("krc_polynomial_6", "predicted_three_segment")
 
 
-def bar_rows(
-    motions_errors: Sequence[Row], motions_gaps: Sequence[Row], robots_errors: Sequence[Row], robots_gaps: Sequence[Row]
+def target_rows(
+    motions_errors: Sequence[Mapping[str, object]],
+    motions_gaps: Sequence[Mapping[str, object]],
+    robots_errors: Sequence[Mapping[str, object]],
+    robots_gaps: Sequence[Mapping[str, object]],
 ) -> list[Row]:
     """Judge the result tables; their values may be text, as read from CSV.
 
@@ -35,7 +39,7 @@ def bar_rows(
     for regime, name in (("same_robot", "a"), ("unseen_payload", "b")):
         gaps = _gaps([row for row in whole if row["regime"] == regime])
         for relaxation, found in gaps.items():
-            rows.append(_row(name, "mean gap", relaxation, found[OURS], GAP_BARS[regime]))
+            rows.append(_row(name, "mean gap", relaxation, found[OURS], GAP_TARGETS[regime]))
             if regime == "same_robot":
                 rows += [_row(name, f"gap of {rival}", relaxation, found[OURS], found[rival]) for rival in RIVALS]
     above = [float(str(row["above_unoptimized_percent"])) for row in whole if row["method"] == OURS]
@@ -44,7 +48,7 @@ def bar_rows(
         rows.append(
             _row("c, 0 motions", "gap of nominal physics", relaxation, found[f"{OURS}_0"], found["nominal_physics"])
         )
-        rows.append(_row("c, 50 motions", "mean gap", relaxation, found[f"{OURS}_50"], GAP_BARS["same_robot"]))
+        rows.append(_row("c, 50 motions", "mean gap", relaxation, found[f"{OURS}_50"], GAP_TARGETS["same_robot"]))
         rows.append(
             _row("c, 50 motions", "gap of krc_polynomial_6", relaxation, found[f"{OURS}_50"], found["krc_polynomial_6"])
         )
@@ -54,23 +58,23 @@ def bar_rows(
     return rows + _errors(robots_errors, "rel_p50_median_percent", f"{OURS}_50", "c, 50 motions", "all robots")
 
 
-def _errors(table: Sequence[Row], column: str, model: str, regime: str, case: str) -> list[Row]:
+def _errors(table: Sequence[Mapping[str, object]], column: str, model: str, regime: str, case: str) -> list[Row]:
     rows = []
     for grid in ("measured", "fine"):
-        for target, bar in ERROR_BARS.items():
-            limit = max(bar, ORACLE_FACTOR * _error(table, column, "oracle", grid, target))
+        for target, aim in ERROR_TARGETS.items():
+            limit = max(aim, ORACLE_FACTOR * _error(table, column, "oracle", grid, target))
             value = _error(table, column, model, grid, target)
             rows.append(_row(regime, f"median error of {target}", f"{case}, {grid} grid", value, limit))
     return rows
 
 
-def _error(table: Sequence[Row], column: str, model: str, grid: str, target: str) -> float:
+def _error(table: Sequence[Mapping[str, object]], column: str, model: str, grid: str, target: str) -> float:
     wanted = (model, grid, target)
     (found,) = [row for row in table if (row["model"], row["grid"], row["target"]) == wanted]
     return float(str(found[column]))
 
 
-def _gaps(table: Sequence[Row]) -> dict[str, dict[str, float]]:
+def _gaps(table: Sequence[Mapping[str, object]]) -> dict[str, dict[str, float]]:
     """Relaxation -> method -> mean gap."""
     gaps: dict[str, dict[str, float]] = {}
     for row in table:
@@ -80,12 +84,12 @@ def _gaps(table: Sequence[Row]) -> dict[str, dict[str, float]]:
     return gaps
 
 
-def _row(regime: str, bar: str, case: str, value: float, limit: float) -> Row:
+def _row(regime: str, target: str, case: str, value: float, limit: float) -> Row:
     return {
         "regime": regime,
-        "bar": bar,
+        "target": target,
         "case": case,
         "value_percent": round(value, 4),
         "limit_percent": round(limit, 4),
-        "held": "yes" if value <= limit else "no",
+        "held": verdict(value <= limit),
     }

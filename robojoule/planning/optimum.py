@@ -70,13 +70,7 @@ class DenseProfiles:
         flat = limits.reshape(len(motions), -1)
         runs = self.batch.paths.subset(motions).simulate(flat)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, flat, strict=True):
-            known = self.profiles[motion]
-            self.profiles[motion] = sampled_profile(
-                np.append(known.durations_s, d),
-                np.append(known.energies_j, e),
-                np.append(known.speed_limits, p),
-                LEAST_SPACING_S,
-            )
+            self.profiles[motion] = self.profiles[motion].joined(d, e, p, LEAST_SPACING_S)
 
     def costs(self, tree: int, *, below: bool = False) -> list[VertexCosts]:
         """Costs of one tree's vertices with true idle power.

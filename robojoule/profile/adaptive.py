@@ -122,13 +122,7 @@ class AdaptiveProfiles:
         table = np.array([np.resize(limits[motion], width) for motion in motions])
         runs = self.paths.subset(np.array(motions)).simulate(table)
         for motion, d, e, p in zip(motions, runs.duration_s, runs.energy_j, table, strict=True):
-            known = self.profiles[motion]
-            self.profiles[motion] = sampled_profile(
-                np.append(known.durations_s, d),
-                np.append(known.energies_j, e),
-                np.append(known.speed_limits, p),
-                LEAST_SPACING_S,
-            )
+            self.profiles[motion] = self.profiles[motion].joined(d, e, p, LEAST_SPACING_S)
             self.runs[motion] += limits[motion].size
         return motions
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, frozen
 
 # Energies differ from a convex profile by up to this share of the largest energy without counting as not convex:
 # numerical noise of simulated energies must not split a profile.
@@ -35,9 +35,7 @@ class PiecewiseLinearProfile:
 
     def __post_init__(self) -> None:
         for field in ("durations_s", "energies_j"):
-            array = np.array(getattr(self, field), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, field, array)
+            object.__setattr__(self, field, frozen(getattr(self, field)))
         if self.durations_s.ndim != 1 or self.durations_s.size < 1 or self.durations_s.shape != self.energies_j.shape:
             raise ValueError("a profile needs as many energies as durations, at least one")
         if not (np.isfinite(self.durations_s).all() and np.isfinite(self.energies_j).all()):

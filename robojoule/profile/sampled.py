@@ -7,11 +7,13 @@ Such runs are left out, so that energy is a function of the duration.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, frozen
+from robojoule.profile.parameters import optimal_run, profile_parameters, steepness
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 SAME_DURATION_S = 1e-9  # runs closer than this are the same run
@@ -33,33 +35,45 @@ class SampledProfile:
 
     def __post_init__(self) -> None:
         for field in ("durations_s", "energies_j", "speed_limits"):
-            array = np.array(getattr(self, field), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, field, array)
+            object.__setattr__(self, field, frozen(getattr(self, field)))
 
     def __len__(self) -> int:
         return int(self.durations_s.size)
 
-    @property
+    @cached_property
     def optimum(self) -> int:
         """Index of the run with the least energy (the fastest of several)."""
-        return int(np.argmin(self.energies_j))
+        return int(optimal_run(self.durations_s[np.newaxis], self.energies_j[np.newaxis])[0])
+
+    @cached_property
+    def _parameters(self) -> Array:
+        return profile_parameters(self.durations_s[np.newaxis], self.energies_j[np.newaxis])
 
     @property
     def saving_j(self) -> float:
         """Energy of the fastest run less that of the best one. [J]"""
-        return float(self.energies_j[0] - self.energies_j[self.optimum])
+        return float(self._parameters[0, 0])
 
     @property
     def penalty_j(self) -> float:
         """Energy of the slowest run less that of the best one. [J]"""
-        return float(self.energies_j[-1] - self.energies_j[self.optimum])
+        return float(self._parameters[0, 2])
 
     @property
     def steepness_j_per_s(self) -> float:
         """Saving per added second up to the best run (thesis Eq. 4.1); zero if the fastest run is the best. [J/s]"""
-        penalty_s = float(self.durations_s[self.optimum] - self.durations_s[0])
-        return self.saving_j / penalty_s if penalty_s > 0 else 0.0
+        return float(steepness(self._parameters, self.durations_s[:1])[0])
+
+    def joined(
+        self, durations_s: ArrayLike, energies_j: ArrayLike, speed_limits: ArrayLike, spacing_s: float
+    ) -> SampledProfile:
+        """The profile with further runs; see `sampled_profile`."""
+        return sampled_profile(
+            np.append(self.durations_s, durations_s),
+            np.append(self.energies_j, energies_j),
+            np.append(self.speed_limits, speed_limits),
+            spacing_s,
+        )
 
     def piecewise(self) -> PiecewiseLinearProfile:
         """Chords through the runs."""

@@ -65,3 +65,11 @@ def test_bad_parameters_are_refused_with_file_and_key(tmp_path, keys, value, mes
         load_params(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_robot_carries_what_the_parameters_say_or_another_mass():
+    params = load_params(PARAMS).robot
+    assert params.robot().name == params.name
+    assert params.robot().payload.mass_kg == params.payload_kg
+    assert params.robot().payload.com_m == params.payload_com_m
+    assert params.robot(0.0).payload.mass_kg == 0.0

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.predictors.simulated_runs import read_runs
-from reproduction.tables import columns, read_table
+from reproduction.tables import columns, read_csv, read_table, write_csv
 from robojoule.errors import InputError
 
 GOOD = {"tree_id": ["a", "b", "b"], "motion_id": [4, 2, 7], "energy_j": [1.0, 2.0, 3.0]}
@@ -88,3 +88,14 @@ def test_one_run_for_each_motion_and_speed_limit(tmp_path, rows):
     pq.write_table(runs().take(pa.array(rows, pa.int64())), tmp_path / "runs.parquet")
     with pytest.raises(InputError, match=r"runs\.parquet, motion_id: there is not one run for each motion and speed"):
         read_runs(tmp_path / "runs.parquet", np.array([4, 7]))
+
+
+def test_rows_are_written_as_csv_and_read_back(tmp_path):
+    path = tmp_path / "new" / "claims.csv"
+    write_csv(path, [{"claim": "a, and b", "held": "false"}, {"claim": "c", "held": ""}])
+    assert path.read_text() == 'claim,held\n"a, and b",false\nc,\n'
+    assert read_csv(path) == [{"claim": "a, and b", "held": "false"}, {"claim": "c", "held": ""}]
+    write_csv(path, [], ("claim", "held"))
+    assert read_csv(path) == [] and path.read_text() == "claim,held\n"
+    with pytest.raises(InputError, match=r"none\.csv: the table cannot be read"):
+        read_csv(tmp_path / "none.csv")

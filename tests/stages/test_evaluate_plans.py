@@ -21,7 +21,7 @@ from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
 from stages.generate_trees import generate_trees
 from stages.layout import Layout
-from stages.simulate_motions import robot_of, simulate_motions
+from stages.simulate_motions import simulate_motions
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
 PARAMS["generate_trees"] |= {"trees": 2, "experiment_trees": 3, "points": 2}
@@ -58,7 +58,7 @@ def done(tmp_path_factory):
     generate_trees(params, layout)
     simulate_motions(params, layout)
     pq.write_table(perfect_predictions(layout), layout.predictions)
-    robot = robot_of(params.robot)
+    robot = params.robot.robot()
     simulated = read_simulated_motions(robot, layout.motions, layout.runs, "train").runs
     save_profile_predictor(fit_profile_predictor(robot, [simulated]), predictor_of(layout))
     evaluate_plans(params, layout)
@@ -216,7 +216,7 @@ def predictor_of(layout):
 def read(params, layout, **others):
     paths = {"trees": layout.trees, "trees_dir": layout.trees_dir} | others
     return read_experiment(
-        robot_of(params.robot),
+        params.robot.robot(),
         **paths,
         motions=layout.motions,
         runs=layout.runs,

@@ -4,7 +4,8 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from reproduction.claims.predictors import rows
+from reproduction.claims.claim import verdict
+from reproduction.claims.predictors import predictor_claims
 from reproduction.predictors.estimators import MODELS
 from reproduction.predictors.profile_parameters import TARGETS
 
@@ -36,7 +37,7 @@ def metrics(scale: float, network: float = 1.0, spearman: float = 0.9) -> dict:
 
 
 def verdicts(table: pa.Table, figures: dict) -> dict[str, str]:
-    return {str(row["claim"]): str(row["held"]) for row in rows(table, figures)}
+    return {claim.claim: verdict(claim.held) for claim in predictor_claims(table, figures)}
 
 
 @pytest.mark.parametrize(("scale", "held"), [(0.9, "true"), (1.0, "true"), (1.1, "false")])
@@ -51,10 +52,9 @@ def test_tiny_savings_are_told_apart() -> None:
     table = predictions(0.1, savings)
     place = table.column_names.index("energy_saving_j")
     table = table.set_column(place, "energy_saving_j", pa.array([1.0, 110.0, 220.0]))
-    row = next(
-        row for row in rows(table, metrics(1.0)) if str(row["claim"]).startswith("Mean relative error of the energy s")
-    )
-    assert str(row["ours"]).endswith("1 J and more: 10.0 %")
+    claims = predictor_claims(table, metrics(1.0))
+    found = next(claim for claim in claims if claim.claim.startswith("Mean relative error of the energy s"))
+    assert found.ours.endswith("1 J and more: 10.0 %")
 
 
 @pytest.mark.parametrize(("network", "held"), [(1.0, "true"), (0.85, "true"), (0.6, "false"), (1.5, "false")])

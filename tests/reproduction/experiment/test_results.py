@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reproduction.claims import plans as claims
+from reproduction.claims.plans import plan_claims
 from reproduction.experiment.experiment import PlannedCycle, Variant, verify
 from reproduction.experiment.results import (
     ExperimentResults,
@@ -128,14 +128,14 @@ def test_rows_of_the_payload_sensitivity(results):
 
 def test_claims_are_judged_on_the_figures(results):
     batch = TreeBatch(kr16(), [tree()])
-    rows = {row["claim"]: row for row in claims.claim_rows(results, batch)}
-    held = {claim: row["held"] for claim, row in rows.items()}
-    assert held["at 110 % the predicted profiles save more than the polynomial ones with 4 segments"] == "true"
-    assert held["at 200 % the predicted profiles save less than the polynomial ones with 4 segments"] == "false"
-    assert held["at 110 % six segments of the polynomial profile save more than four"] == "false"
+    claims = {claim.claim: claim for claim in plan_claims(results, batch)}
+    held = {name: claim.held for name, claim in claims.items()}
+    assert held["at 110 % the predicted profiles save more than the polynomial ones with 4 segments"] is True
+    assert held["at 200 % the predicted profiles save less than the polynomial ones with 4 segments"] is False
+    assert held["at 110 % six segments of the polynomial profile save more than four"] is False
     text = "two profiling runs instead of five nearly halve the time for obtaining profiles"
-    assert rows[text]["ours"].startswith("2 against 5 runs")
-    assert {value for row in rows.values() for value in row} == {"claim", "thesis", "ours", "held"}
+    assert claims[text].ours.startswith("2 against 5 runs")
+    assert list(claims[text].row()) == ["claim", "thesis", "ours", "held"]
 
 
 def test_results_without_the_thesis_settings_have_fewer_rows():
@@ -151,7 +151,7 @@ def test_results_without_the_thesis_settings_have_fewer_rows():
     assert table_6_1_thesis(results) == []
     assert {row["saving_percent_published_convention"] for row in table_6_1(results)} == {""}
     assert "saving_percent_published_convention" not in metrics(results)["optimum"]["140"]
-    assert len(claims.claim_rows(results, TreeBatch(kr16(), [tree()]))) == 4
+    assert len(plan_claims(results, TreeBatch(kr16(), [tree()]))) == 4
 
 
 def test_every_vertex_has_a_row(results):

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names, steepness
+from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
 
 
 def test_inputs_are_the_thesis_s() -> None:
@@ -31,8 +31,3 @@ def test_bounded_keeps_what_is_possible_and_moves_the_rest() -> None:
     raw = np.array([[5.0, 2.0, 9.0], [-5.0, 0.5, -1.0], [0.0, 7.0, 0.0]])
     assert bounded(raw, fastest, slowest).tolist() == [[5.0, 2.0, 9.0], [0.0, 1.0, 0.0], [0.0, 4.0, 0.0]]
     assert raw[1, 0] == -5.0
-
-
-def test_steepness_is_saving_a_second_and_zero_without_either() -> None:
-    rows = np.array([[30.0, 1.5, 0.0], [30.0, 1.0, 0.0], [0.0, 2.0, 0.0], [-3.0, 2.0, 0.0]])
-    assert steepness(rows, np.ones(4)).tolist() == [60.0, 0.0, 0.0, 0.0]
