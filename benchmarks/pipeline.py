@@ -15,11 +15,12 @@ import pyarrow.parquet as pq
 
 from benchmarks.measure import rounded, run
 from reproduction.config import load_params
+from reproduction.layout import Layout
 from reproduction.motions.tables import SAMPLES_SCHEMA, samples_writer, write_table
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
-from reproduction.predictors.profile_parameters import TARGETS, input_names
+from reproduction.predictors.profile_parameters import input_names
 from reproduction.tables import columns
-from stages.layout import Layout
+from robojoule.profile.parameters import TARGETS
 
 
 def bare_writing_s(layout: Layout, folder: Path) -> float:

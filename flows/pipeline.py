@@ -29,9 +29,9 @@ from prefect.artifacts import (
 )
 from prefect.cache_policies import NO_CACHE
 
+from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.tracking.store import data_hash, find_run
-from stages.layout import Layout
 
 STAGE_TIMEOUT_S = 1800.0
 MLFLOW_UI = "http://127.0.0.1:5000"

@@ -40,7 +40,7 @@ class GenerateTreesParams(Document):
     trees: int = Field(ge=2, description="Trees for training and test.")
     test_fraction: Fraction
     experiment_trees: int = Field(ge=3, description="Trees of the plan experiments, never trained on.")
-    points: int = Field(ge=1, le=100, description="Random points a tree.")
+    points: int = Field(ge=1, le=100, description="Random points per tree.")
     budget_rad: tuple[float, float] = Field(description="Smallest and largest budget B of joint changes. [rad]")
     use_whole_budget: bool
 
@@ -56,7 +56,7 @@ class SimulateMotionsParams(Document):
 
     speed_limits_percent: list[Percent] = Field(min_length=5)
     sample_rate_hz: float = Field(ge=250, le=8000)
-    shard_motions: int = Field(ge=1, description="Motions a samples shard.")
+    shard_motions: int = Field(ge=1, description="Motions per shard of the samples.")
 
     @model_validator(mode="after")
     def _rising(self) -> SimulateMotionsParams:
@@ -84,6 +84,13 @@ class NeuralNetworkParams(Document):
     max_epochs: int = Field(ge=1)
 
 
+class TrainProfilePredictorParams(Document):
+    """Predictor of whole profiles."""
+
+    training_trees: int = Field(ge=1, description="Trees it is fitted to, spread over the training trees.")
+    runs_per_motion: int = Field(ge=2, description="Measured runs of each motion that it is fitted to.")
+
+
 class TrainPredictorsParams(Document):
     """Predictors of the energy profile's parameters (thesis 5.2)."""
 
@@ -103,9 +110,12 @@ class ThreeSegmentParams(Document):
 class EvaluatePlansParams(Document):
     """Plans of the experiment trees and their re-simulation."""
 
-    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)
+    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(
+        min_length=1, description="Cycle times as shares of the least one. [%]"
+    )
     krc_segments: list[Annotated[int, Field(ge=1, le=100)]] = Field(min_length=1)
     three_segment: ThreeSegmentParams
+    predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
     payload_sensitivity_kg: list[Annotated[float, Field(ge=0)]]
 
@@ -132,6 +142,7 @@ class Params(Document):
     robot: RobotParams
     generate_trees: GenerateTreesParams
     simulate_motions: SimulateMotionsParams
+    train_profile_predictor: TrainProfilePredictorParams
     train_predictors: TrainPredictorsParams
     evaluate_plans: EvaluatePlansParams
     draw_figures: DrawFiguresParams

@@ -1,4 +1,4 @@
-"""Tables of the pipeline: Parquet read and checked, so that every fault is refused by its name and column; CSV."""
+"""Tables of the pipeline: read and checked, so that a fault is refused by file and column, and written."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robojoule.arrays import Array
-from robojoule.documents import write_text
+from robojoule.arrays import Array, Index
+from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,21 +67,44 @@ def read_table(
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    if not path.exists():
-        raise InputError(f"the file is missing; run the stage {stage} first", file=path)
+    schema = _schema(path, stage)
     try:
-        schema = pq.read_schema(path)
         # Before the rows are filtered: a filter on a column of another type fails without its name.
         _check_schema(schema, numbers, path)
         _check_schema(schema, texts, path, text=True)
         table = pq.read_table(path, columns=[*numbers, *texts], filters=filters)
     except (OSError, pa.ArrowException) as error:
-        raise InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path) from None
+        raise _unreadable(path, error) from None
     columns(table, numbers, path)
     for name in texts:
         if table[name].null_count:
             raise InputError(f"{table[name].null_count} rows are empty", file=path, key=name)
     return table
+
+
+def column_names(path: Path, stage: str) -> list[str]:
+    """Names of the columns of a Parquet file.
+
+    Raises:
+        InputError: The file is missing, which `stage` writes, or unreadable.
+    """
+    return list(_schema(path, stage).names)
+
+
+def _schema(path: Path, stage: str) -> pa.Schema:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if not path.exists():
+        raise InputError(f"the file is missing; run the stage {stage} first", file=path)
+    try:
+        return pq.read_schema(path)
+    except (OSError, pa.ArrowException) as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    return InputError(f"the file cannot be read ({' '.join(str(error).split())})", file=path)
 
 
 def columns(table: pa.Table, names: Sequence[str], source: str | Path = "features") -> Array:
@@ -104,8 +127,35 @@ def columns(table: pa.Table, names: Sequence[str], source: str | Path = "feature
         values[:, place] = table[name].to_numpy()
         gaps = int((~np.isfinite(values[:, place])).sum())
         if gaps:
-            raise InputError(f"{gaps} rows are empty or no finite number", file=source, key=name)
+            raise InputError(f"{gaps} rows are empty or not finite numbers", file=source, key=name)
     return values
+
+
+def read_runs(path: Path, motion_id: Index) -> tuple[Array, Array, Array]:
+    """Simulated runs of some motions.
+
+    Args:
+        path: Runs, one row a motion and speed limit.
+        motion_id: Which motions, shape (M,).
+
+    Returns:
+        Speed limits, rising fractions, shape (S,) [-]; durations [s] and energies [J], shape (M, S).
+
+    Raises:
+        InputError: The file is missing or cannot be read, or there is not one run for each motion and speed limit.
+    """
+    names = ["motion_id", "speed_limit_percent", "duration_s", "energy_j"]
+    wanted = [("motion_id", "in", motion_id.tolist())]
+    table = read_table(path, "simulate_motions", numbers=names, filters=wanted)
+    found, percent, duration, energy = columns(table, names, path).T
+    limits = np.unique(percent)
+    order = np.lexsort((percent, found))
+    rows = len(motion_id), len(limits)
+    pairs = np.repeat(np.sort(motion_id), rows[1]), np.tile(limits, rows[0])
+    if not len(table) or not np.array_equal([found[order], percent[order]], pairs):
+        raise InputError("there is not one run for each motion and speed limit", file=path, key="motion_id")
+    place = np.argsort(np.argsort(motion_id))
+    return limits / 100.0, duration[order].reshape(rows)[place], energy[order].reshape(rows)[place]
 
 
 def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *, text: bool = False) -> None:
@@ -122,3 +172,18 @@ def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *
         )
         if not right:
             raise InputError(f"the column holds {kind}, not {'text' if text else 'numbers'}", file=source, key=name)
+
+
+def write_parquet(path: Path, table: pa.Table) -> None:
+    """Write a table as Parquet, atomically."""
+    import pyarrow.parquet as pq
+
+    with atomic_path(path) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
+
+
+def table_of_rows(rows: Sequence[Mapping[str, object]], texts: Sequence[str] = ()) -> pa.Table:
+    """Rows as a table; the columns `texts`, which may hold numbers and words, are kept as text."""
+    import pyarrow as pa
+
+    return pa.table({name: [str(row[name]) if name in texts else row[name] for row in rows] for name in rows[0]})

@@ -5,33 +5,29 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 
 from reproduction import features
-from reproduction.claims.features import feature_claims
-from reproduction.config import Params
-from reproduction.tables import write_csv
+from reproduction.claims import write_claims
+from reproduction.config import Params, load_params
+from reproduction.features.claims import feature_claims
+from reproduction.layout import Layout
 from robojoule.documents import atomic_path
-from stages._cli import run
-from stages.layout import Layout
+from stages.cli import run, say
 
 
 def build_features(params: Params, layout: Layout) -> None:
     """Compute the features of every motion and what they show, from the motions, runs and samples."""
+    progress = say("build_features")
     connection = features.connect(layout.motions, layout.samples_dir / "*.parquet", layout.runs)
     for table in (*features.FEATURE_TABLES, *features.FINDING_TABLES):
         features.build(connection, (table,))
         rows = connection.table(table).count("*").fetchall()[0][0]
-        print(f"build_features: {table}, {rows} rows", flush=True)
+        progress(f"{table}, {rows} rows")
     with atomic_path(layout.features) as path:
         pq.write_table(features.fetch(connection, "features"), path)
-    write_csv(layout.tables_dir / "claims_features.csv", [claim.row() for claim in feature_claims(connection)])
     for table in ("correlations", "retrace"):
         with atomic_path(layout.tables_dir / f"{table}.csv") as path:
             connection.table(table).write_csv(str(path))
-
-
-def main() -> None:
-    """Run the stage from the command line."""
-    run(build_features)
+    write_claims(layout.feature_claims, feature_claims(connection))
 
 
 if __name__ == "__main__":
-    main()
+    run(build_features, load_params)

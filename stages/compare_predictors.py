@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from stages._study import StudyLayout, run, say, write_parquet
-
-if TYPE_CHECKING:
-    from reproduction.study.config import StudyParams
-
-NAME = "compare_predictors"
+from reproduction.layout import Layout
+from reproduction.study.comparison import compare_models
+from reproduction.study.config import StudyParams, load_study_params
+from reproduction.tables import table_of_rows, write_csv, write_parquet
+from reproduction.tracking import study as tracking
+from stages.cli import run, say
 
 
-def compare_predictors(params: StudyParams, layout: StudyLayout) -> None:
-    """Write the errors of all models and record one MLflow run a model."""
-    from reproduction.study.comparison import compare_models
-    from reproduction.tables import write_csv
-    from reproduction.tracking import study as _tracking
-
-    found = compare_models(params, say(NAME))
-    write_csv(layout.tables_dir / "predictors.csv", found.rows)
-    write_parquet(layout.data_dir / "predictors.parquet", found.predictions)
-    _tracking.record(layout, params, found)
+def compare_predictors(params: StudyParams, layout: Layout) -> None:
+    """Write the errors of all models and record one MLflow run per model."""
+    found = compare_models(params, say("compare_predictors"))
+    write_csv(layout.study_tables_dir / "predictors.csv", found.rows)
+    write_parquet(layout.study_data_dir / "predictors.parquet", table_of_rows(found.predictions))
+    tracking.record(layout, params, found)
 
 
 if __name__ == "__main__":
-    run(NAME, compare_predictors)
+    run(compare_predictors, load_study_params, "studies/params.yaml")

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from stages._study import StudyLayout, run, say, write_parquet
-
-if TYPE_CHECKING:
-    from reproduction.study.config import StudyParams
-
-NAME = "evaluate_motions"
+from reproduction.layout import Layout
+from reproduction.study.config import StudyParams, load_study_params
+from reproduction.study.regimes import same_robot, unseen_payload
+from reproduction.tables import table_of_rows, write_csv, write_parquet
+from stages.cli import run, say
 
 
-def evaluate_motions(params: StudyParams, layout: StudyLayout) -> None:
+def evaluate_motions(params: StudyParams, layout: Layout) -> None:
     """Write errors, gaps, wins and coverage of both regimes, and the ablations."""
-    from reproduction.study.regimes import same_robot, unseen_payload
-    from reproduction.tables import write_csv
-
-    known, unseen = same_robot(params, say(NAME)), unseen_payload(params, say(NAME))
+    progress = say("evaluate_motions")
+    known, unseen = same_robot(params, progress), unseen_payload(params, progress)
     for table in ("errors", "gaps", "coverage"):
-        write_csv(layout.tables_dir / f"motions_{table}.csv", getattr(known, table) + getattr(unseen, table))
-    write_csv(layout.tables_dir / "ablations.csv", known.ablations)
+        write_csv(layout.study_tables_dir / f"motions_{table}.csv", getattr(known, table) + getattr(unseen, table))
+    write_csv(layout.study_tables_dir / "ablations.csv", known.ablations)
     together = [row for row in known.wins if row["payload_kg"] == "all"]
-    write_csv(layout.tables_dir / "motions_wins.csv", together)
-    write_parquet(layout.data_dir / "motions_plans.parquet", known.plans + unseen.plans)
+    write_csv(layout.study_tables_dir / "motions_wins.csv", together)
+    write_parquet(
+        layout.study_data_dir / "motions_plans.parquet", table_of_rows(known.plans + unseen.plans, ["payload_kg"])
+    )
 
 
 if __name__ == "__main__":
-    run(NAME, evaluate_motions)
+    run(evaluate_motions, load_study_params, "studies/params.yaml")

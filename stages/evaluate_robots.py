@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from stages._study import StudyLayout, run, say, write_parquet
-
-if TYPE_CHECKING:
-    from reproduction.study.config import StudyParams
-
-NAME = "evaluate_robots"
+from reproduction.layout import Layout
+from reproduction.study.config import StudyParams, load_study_params
+from reproduction.study.regimes import unseen_robot
+from reproduction.study.summary import median_rows
+from reproduction.tables import table_of_rows, write_csv, write_parquet
+from stages.cli import run, say
 
 
-def evaluate_robots(params: StudyParams, layout: StudyLayout) -> None:
+def evaluate_robots(params: StudyParams, layout: Layout) -> None:
     """Write errors, gaps, wins and coverage of the regime."""
-    from reproduction.study.regimes import unseen_robot
-    from reproduction.study.summary import median_rows
-    from reproduction.tables import write_csv
-
-    found = unseen_robot(params, say(NAME))
-    write_csv(layout.tables_dir / "robots_errors.csv", median_rows(found.errors))
+    found = unseen_robot(params, say("evaluate_robots"))
+    write_csv(layout.study_tables_dir / "robots_errors.csv", median_rows(found.errors))
     together = [row for row in found.gaps if row["robot"] == "all"]
-    write_csv(layout.tables_dir / "robots_gaps.csv", together)
-    write_csv(layout.tables_dir / "robots_wins.csv", found.wins)
-    write_csv(layout.tables_dir / "robots_coverage.csv", found.coverage)
-    write_parquet(layout.data_dir / "robots_errors.parquet", found.errors)
-    write_parquet(layout.data_dir / "robots_plans.parquet", found.plans)
+    write_csv(layout.study_tables_dir / "robots_gaps.csv", together)
+    write_csv(layout.study_tables_dir / "robots_wins.csv", found.wins)
+    write_csv(layout.study_tables_dir / "robots_coverage.csv", found.coverage)
+    write_parquet(layout.study_data_dir / "robots_errors.parquet", table_of_rows(found.errors, ["payload_kg"]))
+    write_parquet(layout.study_data_dir / "robots_plans.parquet", table_of_rows(found.plans, ["payload_kg"]))
 
 
 if __name__ == "__main__":
-    run(NAME, evaluate_robots)
+    run(evaluate_robots, load_study_params, "studies/params.yaml")

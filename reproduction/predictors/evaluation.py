@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reproduction.predictors.profile_parameters import TARGETS
 from robojoule.arrays import Array
+from robojoule.profile.parameters import TARGETS
 
 QUANTILES = {"p25": 0.25, "p50": 0.5, "p75": 0.75, "max": 1.0}
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import count
+
 import numpy as np
 
 from robojoule.arrays import Array
-
-TARGETS = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
-"""Parameters of the energy profile: saving [J] at the optimum against full speed, optimal duration [s], penalty [J] of
-the slowest speed limit against the optimum."""
 
 _PLACE = ("vertical_distance_m", "horizontal_distance_m", "rotation_angle_rad")
 _JOINT = (
@@ -31,6 +30,12 @@ def input_names(joint_count: int = 6) -> tuple[str, ...]:
         3 + 6 n column names of the features table.
     """
     return _PLACE + tuple(f"j{joint}_{name}" for joint in range(1, joint_count + 1) for name in _JOINT)
+
+
+def joint_count(columns: Iterable[str]) -> int:
+    """Number of joints whose inputs are among some columns."""
+    names = set(columns)
+    return next(joints for joints in count() if f"j{joints + 1}_{_JOINT[0]}" not in names)
 
 
 def bounded(predictions: Array, duration_fastest_s: Array, duration_slowest_s: Array) -> Array:

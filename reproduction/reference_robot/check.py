@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reproduction.claims.claim import verdict
+from reproduction.claims import verdict
 from reproduction.tables import Row
 
 

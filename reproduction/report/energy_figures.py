@@ -7,8 +7,7 @@ import numpy as np
 from reproduction.report.drawing import Drawing
 from reproduction.report.profile_figures import typical_motion
 from reproduction.report.results import Results
-from robojoule.plots.energy import ENERGY_PARTS, stacked_over_duration, used_parts
-from robojoule.plots.style import MINUS, Style
+from robojoule.plots.style import ENERGY_PARTS, MINUS, Style, stacked_over_duration, used_parts
 
 LABELLED_TREES = 40  # more bars than this leave no room for names
 

@@ -63,7 +63,7 @@ def correlation_matrix(block: str, results: Results, style: Style) -> Drawing:
         results: Results of the stages.
         style: Look.
     """
-    path = results.files.tables_dir / "correlations.csv"
+    path = results.layout.tables_dir / "correlations.csv"
     rows = [row for row in results.table("correlations") or [] if row["block"] == block]
     if not rows:
         raise InputError("there are no correlations; run the stage build_features first", file=path, key=block)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from reproduction.report import (
     energy_figures,
@@ -16,6 +17,7 @@ from reproduction.report import (
 )
 from reproduction.report.drawing import Drawing
 from reproduction.report.results import Results
+from robojoule.documents import write_text
 from robojoule.plots.style import Style, svg_text
 
 
@@ -115,3 +117,14 @@ def draw_all(results: Results, style: Style, entries: tuple[Entry, ...] = ENTRIE
             if drawing is None:
                 continue
             yield Picture(entry, svg_text(drawing.figure), drawing.caption, drawing.alt)
+
+
+def write_pictures(pictures: Sequence[Picture], folder: Path) -> None:
+    """Write drawn figures as files and remove those of an older version."""
+    folder.mkdir(parents=True, exist_ok=True)
+    names = {f"{picture.entry.name}.svg": picture.svg for picture in pictures}
+    for stale in folder.glob("*.svg"):
+        if stale.name not in names:
+            stale.unlink()
+    for name, svg in names.items():
+        write_text(folder / name, svg)

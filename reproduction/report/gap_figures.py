@@ -25,7 +25,7 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
     """Gaps and savings of the experiment trees; the thesis's published savings beside ours."""
     rows = results.table("gaps")
     if not rows:
-        path = results.files.tables_dir / "gaps.csv"
+        path = results.layout.tables_dir / "gaps.csv"
         raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
     figure, (gaps, savings) = style.figure(1.15, 2, 1, sharex=True)
     compared = [row for row in rows if row["method"] not in LEFT_OUT]

@@ -10,7 +10,7 @@ from typing import Any
 
 from reproduction.report import tables
 from reproduction.report.gallery import Picture
-from reproduction.report.results import Results, Rows
+from reproduction.report.results import Results
 
 TEMPLATE = "page.html.j2"
 
@@ -32,13 +32,12 @@ class Inline:
     caption: str
 
 
-def report_html(results: Results, pictures: Sequence[Picture], claims: Rows, metrics: dict[str, Any]) -> str:
+def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str, Any]) -> str:
     """Build the page.
 
     Args:
         results: Results of the stages.
         pictures: Figures, in the order of their chapters.
-        claims: Merged claims.
         metrics: Merged metrics.
 
     Returns:
@@ -58,6 +57,7 @@ def report_html(results: Results, pictures: Sequence[Picture], claims: Rows, met
         (chapter, [inline(picture) for picture in group])
         for chapter, group in groupby(pictures, key=lambda picture: picture.entry.chapter)
     ]
+    claims = results.table("claims") or []
     judged = [row for row in claims if row["held"]]
     return environment.get_template(TEMPLATE).render(
         chapters=chapters,

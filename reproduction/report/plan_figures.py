@@ -82,7 +82,7 @@ def _plans(results: Results, methods: tuple[str, ...], relaxation_percent: float
     found = [plan_of(results, tree, method, relaxation_percent) for method in methods]
     plans = [plan for plan in found if plan is not None]
     if not plans:
-        raise InputError(f"there are no plans of the tree '{tree}'", file=results.files.data_dir / "plans.parquet")
+        raise InputError(f"there are no plans of the tree '{tree}'", file=results.layout.plans)
     return plans
 
 
@@ -258,7 +258,7 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
 def _table(results: Results) -> Rows:
     rows = results.table("table_6_1")
     if not rows:
-        path = results.files.tables_dir / "table_6_1.csv"
+        path = results.layout.tables_dir / "table_6_1.csv"
         raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
     return rows
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
 from itertools import pairwise
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from reproduction.layout import Layout
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.tables import read_csv
 from robojoule.errors import InputError
@@ -43,36 +43,19 @@ PLAN_COLUMNS = (
 """Figures take whole rows of the plans, so that no query tells which column is missing."""
 
 
-@dataclass(frozen=True)
-class ResultFiles:
-    """Where the results lie.
-
-    Attributes:
-        data_dir: Folder of motions, runs, features, predictions, plans (`<name>.parquet`) and of `trees/`.
-        tables_dir: Folder of the result tables (CSV).
-        metrics_dir: Folder of the stages' metrics (JSON).
-        studies_dir: Folder of the studies' result tables (CSV).
-    """
-
-    data_dir: Path
-    tables_dir: Path
-    metrics_dir: Path
-    studies_dir: Path
-
-
 class Results:
     """Results of all stages; files are read when they are first needed.
 
     Args:
-        files: Where they lie.
+        layout: Folder of the project.
         robot: The robot that was simulated.
         shape: Constants of the three-segment profile.
     """
 
     PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
 
-    def __init__(self, files: ResultFiles, robot: Robot, shape: ThreeSegmentShape) -> None:
-        self.files = files
+    def __init__(self, layout: Layout, robot: Robot, shape: ThreeSegmentShape) -> None:
+        self.layout = layout
         self.robot = robot
         self.shape = shape
 
@@ -82,7 +65,7 @@ class Results:
 
         connection = duckdb.connect(config={"threads": 1})  # sums must not depend on the number of processors
         for name in self.PARQUET:
-            path = self.files.data_dir / f"{name}.parquet"
+            path = self.layout.data_dir / f"{name}.parquet"
             if not path.exists():
                 raise InputError("this result is missing; run the stages before draw_figures first", file=path)
             try:
@@ -114,7 +97,7 @@ class Results:
             fetched = self._connection.execute(sql, list(parameters)).fetchnumpy()
         except duckdb.Error as error:
             first = " ".join(str(error).split())
-            raise InputError(f"the results do not fit together ({first})", file=self.files.data_dir) from None
+            raise InputError(f"the results do not fit together ({first})", file=self.layout.data_dir) from None
         return {name: _plain(values) for name, values in fetched.items()}
 
     @cached_property
@@ -144,11 +127,11 @@ class Results:
 
     def table(self, name: str) -> Rows | None:
         """Rows of `<name>.csv` of the tables folder as text; None if no stage wrote it."""
-        return _csv(self.files.tables_dir / f"{name}.csv")
+        return _csv(self.layout.tables_dir / f"{name}.csv")
 
     def study(self, name: str) -> Rows | None:
         """Rows of a result table of the studies as text; None if there is none."""
-        return _csv(self.files.studies_dir / f"{name}.csv")
+        return _csv(self.layout.study_tables_dir / f"{name}.csv")
 
 
 def _check_types(types: dict[str, str], needed: Sequence[str], path: Path) -> None:

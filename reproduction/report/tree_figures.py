@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ def example_tree(results: Results) -> str:
     )
     names = rows["tree_id"]
     if not len(names):
-        raise InputError("there are no experiment trees", file=results.files.data_dir / "motions.parquet")
+        raise InputError("there are no experiment trees", file=results.layout.motions)
     return str(names[(len(names) - 1) // 2])
 
 
@@ -112,7 +111,7 @@ def operation_tree(results: Results, style: Style) -> Drawing:
 
 
 def _tree(results: Results, name: str) -> OperationTree:
-    return load_tree(Path(results.files.data_dir) / "trees" / f"{name}.yaml", results.robot)
+    return load_tree(results.layout.trees_dir / f"{name}.yaml", results.robot)
 
 
 def _draw_arm(ax: Any, capsules: CollisionModel, q: Any, color: str, alpha: float, label: str) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from reproduction.predictors.profile_fit import fit_profile_predictor
+from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.cases import PlantBatch, measure
 from reproduction.study.config import StudyParams
 from reproduction.study.plant import draw_plant

@@ -10,7 +10,7 @@ import numpy as np
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
 from reproduction.predictors import estimators
-from reproduction.predictors.profile_fit import fit_profile_predictor
+from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams, StudyParams

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from reproduction.predictors.evaluation import error_rows
-from reproduction.predictors.profile_parameters import TARGETS
 from reproduction.tables import Row
 from robojoule.arrays import Array
+from robojoule.profile.parameters import TARGETS
 
 
 def parameter_rows(predicted: Array, truth: Array, key: Row) -> list[Row]:

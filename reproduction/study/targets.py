@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reproduction.claims.claim import verdict
+from reproduction.claims import verdict
 from reproduction.tables import Row
 
 # Median relative errors of saving, optimal duration, penalty. [%]

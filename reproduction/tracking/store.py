@@ -1,6 +1,6 @@
-"""The record of trainings in MLflow: a local SQLite store, its artifacts in the project's folder.
+"""The store of MLflow in the project's folder: connecting to it, and finding a training in it again.
 
-Nothing of it is an output of the pipeline: what is recorded here (times, ids, commit) changes no result.
+Nothing in it is an output of the pipeline: what is recorded there (times, ids, commit) changes no result.
 """
 
 from __future__ import annotations
@@ -10,30 +10,16 @@ import json
 import logging
 import os
 import subprocess
+from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+from pydantic import BaseModel
 
-from reproduction.config import Params
-from reproduction.predictors.evaluation import beats_mean
-from reproduction.predictors.profile_parameters import TARGETS, input_names
-from robojoule.errors import RobojouleError
-from stages.layout import Layout
+from reproduction.layout import Layout
 
 EXPERIMENT = "robojoule"
-STAGE = "train_predictors"
-EXAMPLE_ROWS = 3
-CHECKED_ROWS = 200
-# Types beyond numpy's and scikit-learn's public ones that the two models hold; anything else is refused on loading.
-TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
-
-Metrics = dict[str, dict[str, dict[str, float]]]
-"""target (or "suitability") -> model -> figure."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +52,21 @@ def data_hash(path: Path) -> str:
         return hashlib.file_digest(file, "md5").hexdigest()
 
 
-def config_hash(params: Params) -> str:
-    """MD5 of the stage's parameters."""
-    text = json.dumps(params.train_predictors.model_dump(mode="json"), sort_keys=True)
+def config_hash(params: BaseModel) -> str:
+    """MD5 of a stage's parameters."""
+    text = json.dumps(params.model_dump(mode="json"), sort_keys=True)
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
+
+
+def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
+    """MLflow, set to record in an experiment of the project's store; both are made if there are none."""
+    mlflow = _mlflow()
+    mlflow.set_tracking_uri(store_uri(layout))
+    mlflow.set_registry_uri(store_uri(layout))
+    if mlflow.get_experiment_by_name(experiment) is None:
+        mlflow.create_experiment(experiment, artifact_location=layout.mlflow_artifacts.as_uri())
+    mlflow.set_experiment(experiment)
+    return mlflow
 
 
 def find_run(layout: Layout, model: str, data: str, config: str | None = None) -> RecordedRun | None:
@@ -84,10 +81,9 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     Returns:
         The run, or None if this store has none.
     """
-    if not _store_path(layout).exists():  # a look must not create a store
+    if not layout.mlflow_store.exists():  # a look must not create a store
         return None
-    mlflow = _mlflow()
-    client = mlflow.MlflowClient(tracking_uri=store_uri(layout))
+    client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
     experiment = client.get_experiment_by_name(EXPERIMENT)
     if experiment is None:
         return None
@@ -106,12 +102,8 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
 
 def store_uri(layout: Layout) -> str:
-    """Address of the store, absolute: it means the same from every folder."""
-    return f"sqlite:///{_store_path(layout)}"
-
-
-def _store_path(layout: Layout) -> Path:
-    return Path(layout.mlflow_uri.removeprefix("sqlite:///")).resolve()
+    """Address of the store."""
+    return f"sqlite:///{layout.mlflow_store}"
 
 
 def _mlflow() -> Any:
@@ -142,152 +134,20 @@ def git_commit(folder: Path) -> str:
     return done.stdout.strip()
 
 
-class Recorder:
-    """Records trainings in the store of a project.
-
-    Args:
-        layout: Folder of the project.
-        params: Parameters of the pipeline.
-    """
-
-    def __init__(self, layout: Layout, params: Params) -> None:
-        self.layout = layout
-        self.params = params
-        self.mlflow = _mlflow()
-        self.mlflow.set_tracking_uri(store_uri(layout))
-        self.mlflow.set_registry_uri(store_uri(layout))
-        if self.mlflow.get_experiment_by_name(EXPERIMENT) is None:
-            artifacts = _store_path(layout).parent / "mlartifacts"
-            self.mlflow.create_experiment(EXPERIMENT, artifact_location=artifacts.as_uri())
-        self.mlflow.set_experiment(EXPERIMENT)
-        self.tags = {
-            "data_hash": data_hash(layout.features),
-            "config_hash": config_hash(params),
-            "git_commit": git_commit(Path(__file__).parent),
-            "dvc_stage": STAGE,
-        }
-
-    def training(
-        self,
-        model: str,
-        estimator: Any,
-        features: pa.Table,
-        predictions: pa.Table,
-        metrics: Metrics,
-        fit_s: float,
-    ) -> None:
-        """Record one training; register its model, read it back and compare it on held-out motions.
-
-        Args:
-            model: Name of the model.
-            estimator: Fitted estimator.
-            features: All features.
-            predictions: Predictions of held-out motions by all models.
-            metrics: target -> model -> figure.
-            fit_s: Time of the fit. [s]
-
-        Raises:
-            RobojouleError: The model that was read back predicts something else.
-        """
-        splits = np.array(features["split"].to_pylist())
-        names = list(input_names(sum(name.endswith("_angle_difference_rad") for name in features.column_names)))
-        test = features.filter(pa.array(splits == "test"))
-        frame = test.select(names).to_pandas()
-        expected = estimator.predict(frame)
-        settings = getattr(self.params.train_predictors, model).model_dump(mode="json")
-        with self.mlflow.start_run(run_name=model, tags=self.tags | {"model": model}):
-            self.mlflow.log_params(
-                {"model": model, "seed": self.params.train_predictors.seed, "inputs": len(names)}
-                | {"training_motions": int((splits == "train").sum()), "test_motions": len(test)}
-                | settings
-            )
-            self.mlflow.log_metrics(figures_of(model, metrics) | {"fit_s": fit_s})
-            for table in ("table_5_1", "suitability"):
-                self.mlflow.log_artifact(str(self.layout.tables_dir / f"{table}.csv"), "tables")
-            for name, figure in _figures(self.layout, model, predictions, features):
-                self.mlflow.log_figure(figure, f"figures/{name}.png")
-            logged = self.mlflow.sklearn.log_model(
-                estimator,
-                name=model,
-                signature=self.mlflow.models.infer_signature(frame, expected),
-                input_example=frame.head(EXAMPLE_ROWS),
-                skops_trusted_types=TRUSTED_TYPES,
-                pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
-                registered_model_name=f"{EXPERIMENT}_{model}",
-            )
-            registered = f"models:/{EXPERIMENT}_{model}/{logged.registered_model_version}"
-            again = self.mlflow.sklearn.load_model(registered)
-            if not np.allclose(again.predict(frame[:CHECKED_ROWS]), expected[:CHECKED_ROWS], rtol=1e-12, atol=1e-9):
-                raise RobojouleError(f"{registered} predicts something else than the model that was logged")
-            self._promote(model, str(logged.registered_model_version), features, predictions, splits)
-
-    def _promote(self, model: str, number: str, features: pa.Table, predictions: pa.Table, splits: np.ndarray) -> None:
-        """Make the version the champion if it beats the training data's mean on the test trees."""
-        name = f"{EXPERIMENT}_{model}"
-        chosen = pa.compute.and_(
-            pa.compute.equal(predictions["model"], model), pa.compute.equal(predictions["split"], "test")
-        )
-        ours = predictions.filter(chosen)
-        predicted, measured = (
-            np.column_stack([ours[f"{target}{end}"].to_numpy() for target in TARGETS]) for end in ("", "_measured")
-        )
-        training = np.column_stack([features[target].to_numpy()[splits == "train"] for target in TARGETS])
-        better = beats_mean(predicted, measured, training)
-        client = self.mlflow.MlflowClient()
-        client.set_model_version_tag(name, number, "beats_baseline", str(better).lower())
-        if better:
-            client.set_registered_model_alias(name, "champion", number)
+def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
+    """What tells trainings of a stage apart: data, parameters, commit."""
+    return {
+        "data_hash": data_hash(layout.features),
+        "config_hash": config_hash(params),
+        "git_commit": git_commit(Path(__file__).parent),
+        "dvc_stage": stage,
+    }
 
 
-def figures_of(model: str, metrics: Metrics) -> dict[str, float]:
-    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`."""
+def figures_of(model: str, metrics: Mapping[str, Mapping[str, Mapping[str, float]]]) -> dict[str, float]:
+    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`, from target -> model -> figure."""
     return {
         f"{group}.{name}": value
         for group, by_model in metrics.items()
         for name, value in by_model.get(model, {}).items()
     }
-
-
-class _Profiles:
-    """Measured profiles of single motions, as the figures ask for them."""
-
-    def __init__(self, runs: pa.Table) -> None:
-        self._runs = {
-            name: runs[name].to_numpy() for name in ("motion_id", "duration_s", "energy_j", "speed_limit_percent")
-        }
-
-    def profile(self, motion_id: int) -> Any:
-        """Distinct runs of a motion."""
-        from robojoule.profile.sampled import sampled_profile
-
-        runs = self._runs
-        rows = runs["motion_id"] == motion_id
-        return sampled_profile(
-            runs["duration_s"][rows], runs["energy_j"][rows], runs["speed_limit_percent"][rows] / 100
-        )
-
-
-def _figures(layout: Layout, model: str, predictions: pa.Table, features: pa.Table) -> list[tuple[str, Any]]:
-    """Figures 5.1-5.4 for one model, with their names."""
-    from reproduction.methods.three_segment_profile import ThreeSegmentShape
-    from reproduction.report.predictor_figures import overlapping_profiles, predicted_against_measured
-    from robojoule.plots.style import Style
-
-    joined = predictions.join(features.select(["motion_id", "duration_fastest_s", "duration_slowest_s"]), "motion_id")
-    joined = joined.sort_by("motion_id")
-    rows = {name: np.asarray(joined[name].to_pylist()) for name in joined.column_names}
-    chosen = (rows["model"] == model) & (rows["split"] == "test")
-    rows = {name: values[chosen] for name, values in rows.items()}
-    style = Style()
-    figures = []
-    with style.applied():
-        for number, target in enumerate(TARGETS, start=1):
-            figures.append((f"figure_5_{number}", predicted_against_measured(rows, target, style).figure))
-        moving = rows["duration_slowest_s"] > rows["duration_fastest_s"]
-        rows = {name: values[moving] for name, values in rows.items()}
-        error = np.abs(rows["energy_saving_j"] - rows["energy_saving_j_measured"])
-        best_first = np.argsort(error / (rows["energy_saving_j_measured"] + 1), kind="stable")
-        rows = {name: values[best_first] for name, values in rows.items()}
-        profiles = _Profiles(pq.read_table(layout.runs))
-        figures.append(("figure_5_4", overlapping_profiles(rows, profiles, style, ThreeSegmentShape()).figure))
-    return figures

@@ -1,14 +1,18 @@
-"""One style for all figures, and files whose bytes depend on the content alone."""
+"""One style for all figures, how parts of energy are stacked, and files whose bytes depend on the content alone."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from robojoule.arrays import Array
 from robojoule.errors import InputError
+from robojoule.profile.energy_profile import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,6 +21,14 @@ MINUS = "\N{MINUS SIGN}"
 # Colours with a meaning; all have a contrast of 3:1 or more on white. The colour map serves what has no fixed meaning.
 RED, BLUE, GREEN, ORANGE, GREY = "#c62828", "#1f5fa8", "#1b7f3b", "#c25700", "#6b7280"
 UNDER, OVER = RED, ORANGE  # outliers: predicted too low, too high
+# Labels of the parts, in the order in which they are stacked.
+ENERGY_PARTS = dict(
+    zip(
+        PARTS,
+        ("base", "drives active", "inverter loss", "copper loss", "friction", "brake chopper", "change of height"),
+        strict=True,
+    )
+)
 
 _RC: dict[str, Any] = {
     "svg.hashsalt": "robojoule",  # element names depend on the content, not on chance
@@ -106,3 +118,31 @@ def svg_text(figure: Figure) -> str:
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
+
+
+def stacked_over_duration(rows: Mapping[str, Array], style: Style) -> Figure:
+    """Parts of one motion's energy, stacked.
+
+    Args:
+        rows: `duration_s` (rising), `energy_j` and the parts, each of shape (S,).
+        style: Look of the figure.
+    """
+    figure, ax = style.figure(0.64)
+    duration, parts = rows["duration_s"], used_parts(rows)
+    # Energy gained by going down is drawn below zero, so that the stack ends at the sum.
+    positive, negative = np.zeros_like(duration), np.zeros_like(duration)
+    for part, color in zip(parts, style.colors(len(parts)), strict=True):
+        gain, loss = np.minimum(rows[part], 0.0), np.maximum(rows[part], 0.0)
+        ax.fill_between(duration, positive, positive + loss, color=color, linewidth=0, label=ENERGY_PARTS[part])
+        ax.fill_between(duration, negative, negative + gain, color=color, linewidth=0)
+        positive, negative = positive + loss, negative + gain
+    ax.plot(duration, rows["energy_j"], "o-", color="black", markersize=3, linewidth=1.0, label="sum: mains energy")
+    ax.set_xlabel("duration [s]")
+    ax.set_ylabel("energy [J]")
+    figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def used_parts(rows: Mapping[str, Array]) -> list[str]:
+    """Parts that the energy model uses: a constant drive-active power, for one, may be zero."""
+    return [part for part in ENERGY_PARTS if np.abs(rows[part]).max(initial=0.0) > 1e-6]

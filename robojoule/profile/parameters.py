@@ -21,6 +21,11 @@ def optimal_run(duration_s: Array, energy_j: Array) -> Index:
     return np.asarray(np.where(energy_j == least, duration_s, np.inf).argmin(axis=1))
 
 
+TARGETS = ("energy_saving_j", "optimal_duration_s", "energy_penalty_j")
+"""Parameters of an energy profile: saving [J] at the optimum against full speed, optimal duration [s], penalty [J] of
+the slowest speed limit against the optimum."""
+
+
 def profile_parameters(duration_s: Array, energy_j: Array) -> Array:
     """Saving of the best run against the fastest one, its duration, and the penalty of the slowest run against it.
 

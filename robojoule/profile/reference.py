@@ -1,8 +1,8 @@
 """The predictor that everybody has: the one trained for the reference robot, or else the physics of an entry.
 
-The trained one is committed beside this module; `python -m reproduction.predictors.publish` writes it from the one that
-the pipeline trained. It knows simulated runs only: how far its robot's catalog entry is from a machine, runs of that
-machine tell (`calibrated_predictor`).
+The trained one is committed beside this module; `python -m reproduction.profile_predictor.publish` writes it from the
+one that the pipeline trained. It knows simulated runs only: how far its robot's catalog entry is from a machine, runs
+of that machine tell (`calibrated_predictor`).
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ def catalog_path(name: str) -> Path:
 
 
 def _catalog() -> Path:
-    return Path(str(resources.files("robojoule.robots") / "catalog"))
+    return Path(str(resources.files("robojoule") / "catalog"))
 
 
 def list_robots() -> list[str]:

@@ -120,7 +120,7 @@ def reference():
 
 
 def test_the_trained_predictor_is_of_the_present_catalog_entry(reference):
-    """If it is not, run the pipeline and `python -m reproduction.predictors.publish`."""
+    """If it is not, run the pipeline and `python -m reproduction.profile_predictor.publish`."""
     robot = cases.nominal()
     nominal = run_parameters(robot.drives, reference.directions).nominal
     for field in fields(DriveParameters):

@@ -7,8 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from reproduction.predictors.simulated_runs import read_runs
-from reproduction.tables import columns, read_csv, read_table, write_csv
+from reproduction.tables import columns, read_csv, read_runs, read_table, write_csv
 from robojoule.errors import InputError
 
 GOOD = {"tree_id": ["a", "b", "b"], "motion_id": [4, 2, 7], "energy_j": [1.0, 2.0, 3.0]}
@@ -53,7 +52,7 @@ def test_a_bad_column_is_named(tmp_path, column, fault, message):
 def test_numbers_are_finite(tmp_path, value):
     path = tmp_path / "runs.parquet"
     pq.write_table(pa.table(GOOD | {"energy_j": [1.0, value, value]}), path)
-    with pytest.raises(InputError, match=r"runs\.parquet, energy_j: 2 rows are empty or no finite number"):
+    with pytest.raises(InputError, match=r"runs\.parquet, energy_j: 2 rows are empty or not finite numbers"):
         read(path)
 
 

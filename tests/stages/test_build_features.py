@@ -7,9 +7,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.config import load_params
+from reproduction.layout import Layout
 from robojoule.errors import InputError
 from stages.build_features import build_features
-from stages.layout import Layout
 from tests.reproduction.features.synthetic import make
 
 PARAMS = load_params(Path(__file__).parents[2] / "params.yaml")
@@ -17,7 +17,7 @@ OUTPUTS = (
     "data/features.parquet",
     "reports/tables/correlations.csv",
     "reports/tables/retrace.csv",
-    "reports/tables/claims_features.csv",
+    "reports/claims/features.csv",
 )
 
 
@@ -32,7 +32,7 @@ def test_writes_its_outputs_with_the_same_bytes_twice(tmp_path: Path) -> None:
     with (layout.tables_dir / "correlations.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["block", "row_feature", "column_feature", "pearson"]
-    with (layout.tables_dir / "claims_features.csv").open(encoding="utf-8") as file:
+    with layout.feature_claims.open(encoding="utf-8") as file:
         assert {row["held"] for row in csv.DictReader(file)} <= {"true", "false"}
     assert not list(tmp_path.rglob(".*"))
 

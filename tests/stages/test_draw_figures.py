@@ -1,4 +1,3 @@
-import csv
 import json
 from pathlib import Path
 
@@ -7,17 +6,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.config import Params, load_params
+from reproduction.layout import Layout
 from reproduction.report.gallery import ENTRIES
-from reproduction.report.merge import merged_claims, merged_metrics
+from reproduction.report.merge import merged_metrics
 from reproduction.report.page import report_html
 from robojoule.errors import InputError
 from stages.draw_figures import draw_figures
-from stages.layout import Layout
 from tests.core_cases import kr16
 from tests.reproduction.report import toy
 
 ROOT = Path(__file__).parents[2]
-CLAIMS = "claims_features.csv", "claims_plans.csv"
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +34,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory, params: Params) -> Layout:
 
 
 def outputs(layout: Layout) -> dict[str, bytes]:
-    files = [*layout.figures_dir.iterdir(), layout.report, layout.metrics, layout.tables_dir / "claims.csv"]
+    files = [*layout.figures_dir.iterdir(), layout.report, layout.metrics]
     return {path.relative_to(layout.root).as_posix(): path.read_bytes() for path in files}
 
 
@@ -46,20 +44,12 @@ def test_every_output_is_written(drawn: Layout):
     assert json.loads(drawn.metrics.read_text(encoding="utf-8"))["energy_model"]["idle_power_home_w"] == 430.5
 
 
-def test_claims_are_merged(drawn: Layout):
-    def rows(name: str) -> list[dict[str, str]]:
-        with (drawn.tables_dir / name).open(newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
-
-    assert rows("claims.csv") == [row for name in CLAIMS for row in rows(name)]
-
-
 def test_the_same_results_elsewhere_give_the_same_bytes(drawn: Layout):
     """The shared toy results were made and drawn in another folder."""
     pictures, results = toy.shared_pictures(), toy.results(toy.shared_root(), kr16())
-    claims, metrics = merged_claims(results), merged_metrics(results.files.metrics_dir)
+    metrics = merged_metrics(results.layout.metrics_dir)
     again = {f"reports/figures/{picture.entry.name}.svg": picture.svg.encode() for picture in pictures}
-    again["reports/index.html"] = report_html(results, pictures, claims, metrics).encode()
+    again["reports/index.html"] = report_html(results, pictures, metrics).encode()
     first = outputs(drawn)
     assert [name for name in again if first[name] != again[name]] == []
 

@@ -10,17 +10,18 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
+from reproduction.claims import Claim, write_claims
 from reproduction.config import Params
 from reproduction.experiment.data import FINAL_POWER_WINDOW_S, read_experiment
-from reproduction.predictors.profile_fit import fit_profile_predictor
-from reproduction.predictors.simulated_runs import read_simulated_motions
+from reproduction.layout import Layout
+from reproduction.profile_predictor.fit import fit_profile_predictor
+from reproduction.profile_predictor.simulated_runs import read_simulated_motions
 from robojoule.errors import InputError
 from robojoule.profile.predictor_file import save_profile_predictor
 from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from stages.evaluate_plans import evaluate_plans
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 from stages.simulate_motions import simulate_motions
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
@@ -60,9 +61,28 @@ def done(tmp_path_factory):
     pq.write_table(perfect_predictions(layout), layout.predictions)
     robot = params.robot.robot()
     simulated = read_simulated_motions(robot, layout.motions, layout.runs, "train").runs
-    save_profile_predictor(fit_profile_predictor(robot, [simulated]), predictor_of(layout))
+    save_profile_predictor(fit_profile_predictor(robot, [simulated]), layout.profile_predictor)
+    write_claims(layout.feature_claims, [Claim("distances matter", "yes", "0.7", True)])
+    write_claims(layout.predictor_claims, [Claim("forests are exact", "yes", "12 %", None)])
     evaluate_plans(params, layout)
     return params, layout
+
+
+def linked(layout, root):
+    """What the stage reads, linked into another folder."""
+    here = Layout(root)
+    here.data_dir.mkdir()
+    for path in set(layout.data_dir.iterdir()) - {layout.plans}:
+        (here.data_dir / path.name).symlink_to(path)
+    here.models_dir.symlink_to(layout.models_dir)
+    here.reports_dir.mkdir()
+    here.claims_dir.symlink_to(layout.claims_dir)
+    return here
+
+
+def results_in(layout):
+    """Names of what the stage wrote."""
+    return [path.name for path in (layout.plans, layout.tables_dir, layout.metrics_dir) if path.exists()]
 
 
 def rows_of(path):
@@ -76,7 +96,7 @@ OUTPUTS = (
     "table_6_2",
     "table_6_3",
     "payload_sensitivity",
-    "claims_plans",
+    "claims",
     "gaps",
     "wins",
 )
@@ -144,7 +164,6 @@ def test_tables_hold_every_method(done):
         assert (row["method"] == "unoptimized") == (float(row["saving_percent"]) == 0.0)
     assert len(rows_of(layout.tables_dir / "table_6_2.csv")) == len(rows_of(layout.tables_dir / "table_6_3.csv")) == 3
     assert {row["subset"] for row in rows_of(layout.tables_dir / "table_6_1_thesis.csv")} == {"1-10", "11-20", "21-30"}
-    assert {row["held"] for row in rows_of(layout.tables_dir / "claims_plans.csv")} <= {"true", "false"}
 
 
 def test_gaps_have_confidence_wins_and_the_runs_they_cost(done):
@@ -209,21 +228,8 @@ def test_beliefs_come_from_the_right_rows(done):
     assert data.batch.d_min_s == pytest.approx(data.beliefs.run_durations_s[:, -1], rel=1e-9)
 
 
-def predictor_of(layout):
-    return layout.models_dir / "profile_predictor"
-
-
-def read(params, layout, **others):
-    paths = {"trees": layout.trees, "trees_dir": layout.trees_dir} | others
-    return read_experiment(
-        params.robot.robot(),
-        **paths,
-        motions=layout.motions,
-        runs=layout.runs,
-        samples_dir=layout.samples_dir,
-        predictions=layout.predictions,
-        profile_predictor=predictor_of(layout),
-    )
+def read(params, layout):
+    return read_experiment(params.robot.robot(), layout, params.evaluate_plans.predicted_speed_limits)
 
 
 def test_the_same_input_gives_the_same_bytes(done):
@@ -234,26 +240,47 @@ def test_the_same_input_gives_the_same_bytes(done):
     assert [path.read_bytes() for path in paths] == before
 
 
+def test_claims_follow_the_chapters(done):
+    _, layout = done
+    rows = [(row["claim"], row["held"]) for row in rows_of(layout.tables_dir / "claims.csv")]
+    assert rows[:2] == [("distances matter", "true"), ("forests are exact", "")]
+    assert len(rows) > 2 and {held for _, held in rows[2:]} <= {"true", "false"}
+
+
 @pytest.mark.parametrize(
     ("missing", "stage"),
-    [("predictions", "train_predictors"), ("runs", "simulate_motions"), ("motions", "simulate_motions")],
+    [
+        ("predictions", "train_predictors"),
+        ("runs", "simulate_motions"),
+        ("trees", "generate_trees"),
+        ("profile_predictor", "train_profile_predictor"),
+    ],
 )
-def test_a_missing_file_names_the_stage_that_writes_it(done, tmp_path, missing, stage):
+def test_a_missing_result_names_the_stage_that_writes_it(done, tmp_path, missing, stage):
     params, layout = done
-    for path in (layout.root / "data").iterdir():
-        (tmp_path / "data").mkdir(exist_ok=True)
-        (tmp_path / "data" / path.name).symlink_to(path)
-    here = Layout(tmp_path)
-    getattr(here, missing).unlink()
-    with pytest.raises(InputError, match=f"{missing}.parquet: the file is missing; run the stage {stage} first"):
+    here = linked(layout, tmp_path)
+    if missing == "profile_predictor":
+        here.models_dir.unlink()
+    else:
+        getattr(here, missing).unlink()
+    with pytest.raises(InputError, match=rf"{missing}.*: the (file|folder) is missing; run the stage {stage} first"):
         evaluate_plans(params, here)
-    assert not here.reports_dir.exists()
+    assert results_in(here) == []
+
+
+def test_missing_claims_are_named_before_anything_is_planned(done, tmp_path):
+    params, layout = done
+    here = linked(layout, tmp_path)
+    here.claims_dir.unlink()
+    with pytest.raises(InputError, match=r"claims/features\.csv: the table cannot be read"):
+        evaluate_plans(params, here)
+    assert results_in(here) == []
 
 
 @pytest.mark.parametrize(
     ("name", "column", "value"),
     [
-        ("motions", "start_q2_rad", "x"),
+        ("trees", "q2_rad", "x"),
         ("runs", "energy_j", np.nan),
         ("predictions", "energy_saving_j", None),
         ("trees", "complexity", None),
@@ -261,44 +288,41 @@ def test_a_missing_file_names_the_stage_that_writes_it(done, tmp_path, missing, 
 )
 def test_a_garbled_column_is_named_and_nothing_written(done, tmp_path, name, column, value):
     params, layout = done
-    here = Layout(tmp_path)
-    here.data_dir.mkdir()
-    for path in set(layout.data_dir.iterdir()) - {layout.plans}:
-        (here.data_dir / path.name).symlink_to(path)
-    here.models_dir.symlink_to(layout.models_dir)
+    here = linked(layout, tmp_path)
     table = pq.read_table(getattr(layout, name))
     values = pa.array([value] * len(table))
     getattr(here, name).unlink()
     pq.write_table(table.set_column(table.column_names.index(column), column, values), getattr(here, name))
     with pytest.raises(InputError, match=rf"{name}\.parquet, {column}: "):
         evaluate_plans(params, here)
-    assert not here.reports_dir.exists() and not here.plans.exists()
+    assert results_in(here) == []
 
 
-def test_a_tree_without_its_complexity_is_named(done, tmp_path):
+def test_a_foreign_predictor_is_refused(done, tmp_path):
     params, layout = done
-    trees = pq.read_table(layout.trees, filters=[("tree_id", "!=", "experiment-02")])
-    pq.write_table(trees, tmp_path / "trees.parquet")
-    with pytest.raises(InputError, match=r"trees\.parquet, tree_id: the tree experiment-02 is missing"):
-        read(params, layout, trees=tmp_path / "trees.parquet")
-
-
-def test_a_missing_or_foreign_predictor_is_refused(done, tmp_path):
-    params, layout = done
-    here = Layout(tmp_path)
-    here.data_dir.symlink_to(layout.data_dir)
-    with pytest.raises(InputError, match="profile_predictor: the folder is missing; run the stage train_predictors"):
-        evaluate_plans(params, here)
+    here = linked(layout, tmp_path)
+    here.models_dir.unlink()
     robot = load_robot("kuka_kr10_r1100_2")
-    save_profile_predictor(fit_profile_predictor(robot, []), predictor_of(here))
+    save_profile_predictor(fit_profile_predictor(robot, []), here.profile_predictor)
     with pytest.raises(InputError, match="the predictor knows kuka_kr10_r1100_2, not kuka_kr16_r2010_2"):
         evaluate_plans(params, here)
-    assert not here.reports_dir.exists()
+    assert results_in(here) == []
 
 
-def test_motions_of_other_trees_are_refused(done, tmp_path):
+def test_predictions_without_a_tree_are_refused(done, tmp_path):
     params, layout = done
-    other = Layout(tmp_path)
+    here = linked(layout, tmp_path)
+    here.predictions.unlink()
+    pq.write_table(pq.read_table(layout.predictions, filters=[("tree_id", "!=", "experiment-02")]), here.predictions)
+    with pytest.raises(InputError, match=r"predictions\.parquet, tree_id: the motions are not those of the experiment"):
+        read(params, here)
+
+
+def test_runs_of_other_trees_are_refused(done, tmp_path):
+    params, layout = done
+    here, other = linked(layout, tmp_path), Layout(tmp_path / "other")
     generate_trees(Params.model_validate(PARAMS | {"generate_trees": PARAMS["generate_trees"] | {"seed": 1}}), other)
-    with pytest.raises(InputError, match="the motions are not those of the operation-tree files"):
-        read(params, layout, trees_dir=other.trees_dir)
+    here.trees.unlink()
+    here.trees.symlink_to(other.trees)
+    with pytest.raises(InputError, match=r"runs\.parquet, duration_s: the runs are not those of the experiment trees"):
+        read(params, here)

@@ -6,11 +6,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.config import load_params
+from reproduction.layout import Layout
 from robojoule.errors import InputError
 from robojoule.formats.tree_files import load_tree
 from robojoule.robots import load_robot
-from stages.generate_trees import complexity_terciles, generate_trees, split_by_tree
-from stages.layout import Layout
+from stages.generate_trees import generate_trees
 
 PARAMS = Path(__file__).parents[2] / "params.yaml"
 
@@ -111,24 +111,3 @@ def test_failure_writes_nothing(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"generate_trees\.budget_rad: no collision-free point"):
         generate_trees(params(budget_rad=(50.0, 60.0)), Layout(tmp_path))
     assert not list(tmp_path.rglob("*"))
-
-
-@pytest.mark.parametrize(
-    ("trees", "fraction", "tests"),
-    [(600, 0.2, 120), (2, 0.2, 1), (2, 0.9, 1), (3, 0.01, 1), (10, 0.99, 9)],
-)
-def test_split_sizes(trees, fraction, tests):
-    splits = split_by_tree(np.random.default_rng(0), trees, fraction)
-    assert (splits.count("test"), splits.count("train")) == (tests, trees - tests)
-
-
-@pytest.mark.parametrize(
-    ("travels", "expected"),
-    [
-        ([3.0, 1.0, 2.0], ["complex", "simple", "medium"]),
-        ([1.0, 1.0, 1.0], ["simple", "medium", "complex"]),
-        ([1, 2, 3, 4, 5, 6, 7], ["simple"] * 3 + ["medium"] * 2 + ["complex"] * 2),
-    ],
-)
-def test_terciles(travels, expected):
-    assert complexity_terciles(travels) == expected

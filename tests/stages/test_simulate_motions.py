@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from reproduction.config import Params
+from reproduction.layout import Layout
 from robojoule.errors import InputError
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 from stages.simulate_motions import simulate_motions
 
 PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
@@ -82,7 +82,7 @@ BAD_TREES = {
     ),
     "empty cells": (
         lambda t: t.drop_columns(["q2_rad"]).append_column("q2_rad", pa.array([None] * len(t), pa.float64())),
-        "q2_rad: a cell is empty or not a finite number",
+        "q2_rad: 77 rows are empty or not finite numbers",
     ),
     "no rows": (lambda t: t.slice(0, 0), "there is no motion; allowed: two points of a tree or more"),
 }
@@ -100,5 +100,5 @@ def test_trees_with_a_gap_are_refused_before_anything_is_written(done, tmp_path,
 
 
 def test_without_trees_the_message_names_the_stage(done, tmp_path):
-    with pytest.raises(InputError, match="no operation trees; run the stage generate_trees first"):
+    with pytest.raises(InputError, match="the file is missing; run the stage generate_trees first"):
         simulate_motions(done[0], Layout(tmp_path))

@@ -14,17 +14,19 @@ import pyarrow.parquet as pq
 import pytest
 
 from reproduction.config import Params, load_params
+from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.predictors.predictor_file import load_predictor
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
+from reproduction.predictors.profile_parameters import bounded, input_names
 from reproduction.tables import columns
 from reproduction.tracking import store as _tracking
 from robojoule.errors import InputError
+from robojoule.profile.parameters import TARGETS
 from stages.build_features import build_features
 from stages.generate_trees import generate_trees
-from stages.layout import Layout
 from stages.simulate_motions import simulate_motions
-from stages.train_predictors import fit_models, train_predictors, write_tables
+from stages.train_predictors import train_and_compare, train_predictors
+from stages.train_profile_predictor import train_profile_predictor
 
 ROOT = Path(__file__).parents[2]
 PROFILES = "robojoule_predicted"
@@ -39,7 +41,7 @@ OUTPUTS = (
     "data/predictions.parquet",
     "reports/tables/table_5_1.csv",
     "reports/tables/suitability.csv",
-    "reports/tables/claims_predictors.csv",
+    "reports/claims/predictors.csv",
     "reports/metrics/predictors.json",
 )
 
@@ -68,6 +70,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     generate_trees(params(), layout)
     simulate_motions(params(), layout)
     build_features(params(), layout)
+    train_profile_predictor(params(), layout)
     train_predictors(params(), layout)
     return layout
 
@@ -107,13 +110,14 @@ def test_predictions_are_those_of_the_exported_models(trained: Layout) -> None:
 
 
 def refit(trained: Layout, root: Path, features: pa.Table, runs: pa.Table) -> None:
-    """Everything of the stage but the record, in another folder."""
+    """Both trainings but the record, in another folder."""
     layout = Layout(root)
     layout.data_dir.mkdir()
     os.link(trained.motions, layout.motions)
     pq.write_table(runs, layout.runs)
-    _, profiles, predictions = fit_models(params(), layout, features)
-    write_tables(layout, features, predictions, profiles.interval)
+    pq.write_table(features, layout.features)
+    train_profile_predictor(params(), layout)
+    train_and_compare(params(), layout)
 
 
 def test_experiment_and_test_targets_do_not_reach_the_models(trained: Layout, tmp_path: Path) -> None:
@@ -186,7 +190,7 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
             "saving_outlier"
         ].to_numpy()
         assert (int(row["underpredicted"]), int(row["overpredicted"])) == ((part < 0).sum(), (part > 0).sum())
-    claims = table(trained.tables_dir / "claims_predictors.csv")
+    claims = table(trained.predictor_claims)
     assert list(claims[0]) == ["claim", "thesis", "ours", "held"]
     assert {row["held"] for row in claims} <= {"true", "false"}
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
@@ -204,7 +208,7 @@ def test_trainings_are_recorded(trained: Layout, monkeypatch: pytest.MonkeyPatch
     client = mlflow.MlflowClient(tracking_uri=_tracking.store_uri(trained))
     data = _tracking.data_hash(trained.features)
     for model in MODELS:
-        found = _tracking.find_run(trained, model, data, _tracking.config_hash(params()))
+        found = _tracking.find_run(trained, model, data, _tracking.config_hash(params().train_predictors))
         assert found is not None
         run = client.get_run(found.run_id)
         assert run.data.tags["dvc_stage"] == "train_predictors"
@@ -272,9 +276,11 @@ def test_other_data_or_parameters_find_no_run(trained: Layout, tmp_path: Path) -
 def test_a_store_that_cannot_be_written_fails_the_stage(trained: Layout, tmp_path: Path) -> None:
     other = Layout(tmp_path)
     other.data_dir.mkdir()
-    for path in (trained.features, trained.motions, trained.runs):
+    for path in (trained.features, trained.runs, trained.profile_predictions):
         os.link(path, other.data_dir / path.name)
-    (tmp_path / "mlflow.db").write_text("this is no database", encoding="utf-8")
+    other.metrics_dir.mkdir(parents=True)
+    os.link(trained.metrics_dir / "profile_predictor.json", other.metrics_dir / "profile_predictor.json")
+    (tmp_path / "mlflow.db").write_text("this is not a database", encoding="utf-8")
     with pytest.raises(Exception, match="database"):
         train_predictors(params(), other)
 
@@ -299,19 +305,15 @@ def test_bad_features_are_refused_before_anything_is_written(trained: Layout, tm
     assert {path.name for path in tmp_path.rglob("*")} <= {"data", "features.parquet"}
 
 
-@pytest.mark.parametrize("name", ["motions", "runs"])
-def test_measurements_that_do_not_belong_to_the_features_are_refused(
-    trained: Layout, tmp_path: Path, name: str
-) -> None:
-    """Held-out motions without rows are noticed before anything is fitted or written."""
+def test_profile_predictions_that_do_not_belong_to_the_features_are_refused(trained: Layout, tmp_path: Path) -> None:
+    """A held-out motion without a prediction is noticed before anything is fitted or written."""
     other = Layout(tmp_path)
     other.data_dir.mkdir()
-    features, splits = split_of(trained)
-    lost = int(features["motion_id"].to_numpy()[splits == "test"][-1])
-    for path in (trained.features, trained.motions, trained.runs):
-        rows = pq.read_table(path)
-        kept = rows.filter(pa.compute.field("motion_id") != lost) if path.stem == name else rows
-        pq.write_table(kept, other.data_dir / path.name)
-    with pytest.raises(InputError, match=rf"{name}\.parquet, motion_id: "):
+    os.link(trained.features, other.features)
+    rows = pq.read_table(trained.profile_predictions)
+    pq.write_table(rows.slice(1), other.profile_predictions)
+    with pytest.raises(
+        InputError, match=r"profile_predictions\.parquet, motion_id: the held-out motions are not those"
+    ):
         train_predictors(params(), other)
     assert [path.name for path in tmp_path.iterdir()] == ["data"] and not other.predictions.exists()

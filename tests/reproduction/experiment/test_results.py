@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reproduction.claims.plans import plan_claims
+from reproduction.experiment.claims import plan_claims
 from reproduction.experiment.experiment import PlannedCycle, Variant, verify
 from reproduction.experiment.results import (
     ExperimentResults,

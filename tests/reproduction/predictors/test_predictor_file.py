@@ -14,8 +14,9 @@ from reproduction.config import ForestParams, NeuralNetworkParams, TrainPredicto
 from reproduction.predictors.conversion import to_arrays
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
 from reproduction.predictors.predictor_file import load_predictor, save_predictor
-from reproduction.predictors.profile_parameters import TARGETS, input_names
+from reproduction.predictors.profile_parameters import input_names
 from robojoule.errors import InputError
+from robojoule.profile.parameters import TARGETS
 
 NAMES = input_names()
 FILES = ("predictor.json", "predictor.npz")

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.predictors.profile_parameters import TARGETS, bounded, input_names
+from reproduction.predictors.profile_parameters import bounded, input_names
+from robojoule.profile.parameters import TARGETS
 
 
 def test_inputs_are_the_thesis_s() -> None:

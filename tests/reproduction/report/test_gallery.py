@@ -12,7 +12,7 @@ from robojoule.plots.style import Style
 from robojoule.robots import load_robot
 from tests.reproduction.report import toy
 
-CATALOG = Path(__file__).parents[3] / "robojoule/robots/catalog"
+CATALOG = Path(__file__).parents[3] / "robojoule/catalog"
 THESIS_FIGURES = {
     3: ["1", "2", "3"],
     4: ["1b", "2", "3", "4", "5", "6", "7"],

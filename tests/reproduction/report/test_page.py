@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from reproduction.report.gallery import ENTRIES, Picture
-from reproduction.report.merge import merged_claims, merged_metrics
+from reproduction.report.merge import merged_metrics
 from reproduction.report.page import inline, report_html
 from reproduction.report.results import Results
 
@@ -45,8 +45,8 @@ class Page(HTMLParser):
 
 @pytest.fixture
 def html(toy_results: Results, pictures: dict[str, Picture]) -> str:
-    claims, metrics = merged_claims(toy_results), merged_metrics(toy_results.files.metrics_dir)
-    return report_html(toy_results, list(pictures.values()), claims, metrics)
+    metrics = merged_metrics(toy_results.layout.metrics_dir)
+    return report_html(toy_results, list(pictures.values()), metrics)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from tests.reproduction.report import toy
 
 
 def test_profiles_hold_the_distinct_runs(toy_results: Results):
-    runs = pq.read_table(toy_results.files.data_dir / "runs.parquet").to_pylist()
+    runs = pq.read_table(toy_results.layout.data_dir / "runs.parquet").to_pylist()
     for motion in (0, 7):
         distinct = [row for row in runs if row["motion_id"] == motion and row["distinct"]]
         profile = toy_results.profile(motion)

@@ -14,10 +14,11 @@ import pyarrow.parquet as pq
 
 from reproduction import features
 from reproduction.experiment.results import PLANS_SCHEMA
+from reproduction.layout import Layout
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.motions.tables import motions_of_trees, motions_table, runs_table, write_samples
 from reproduction.report.gallery import Picture, draw_all
-from reproduction.report.results import ResultFiles, Results
+from reproduction.report.results import Results
 from reproduction.trees.generate import retrace
 from robojoule.formats.tree_files import save_tree
 from robojoule.motion.simulation import MotionPaths
@@ -55,12 +56,8 @@ def shared_pictures() -> tuple[Picture, ...]:
     return tuple(draw_all(results(shared_root(), kr16()), Style()))
 
 
-def files(root: Path) -> ResultFiles:
-    return ResultFiles(root / "data", root / "reports/tables", root / "reports/metrics", root / "studies/tables")
-
-
 def results(root: Path, robot: Robot) -> Results:
-    return Results(files(root), robot, ThreeSegmentShape())
+    return Results(Layout(root), robot, ThreeSegmentShape())
 
 
 def make(root: Path, robot: Robot, points: int = 2) -> None:
@@ -185,7 +182,7 @@ def _write_tables(tables: Path) -> None:
     ]
     write_rows(tables / "table_6_1.csv", rows)
     claims = [{"claim": "more <segments> help & save", "thesis": "yes", "ours": "-1.00 points", "held": "false"}]
-    write_rows(tables / "claims_plans.csv", claims)
+    write_rows(tables / "claims.csv", claims)
     idle = {"figure": "idle power [W]", "published": "430", "low": 417.1, "high": 442.9, "ours": 512.5}
     write_rows(tables / "energy_model.csv", [idle | {"fitted": "false", "held": "false"}])
     errors: list[dict[str, object]] = [

@@ -9,8 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from reproduction.tables import columns, read_table
-from robojoule.arrays import Array
+from reproduction.tables import columns, read_runs, read_table
 from robojoule.calibration.run_model import ObservedRuns
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
@@ -79,30 +78,3 @@ def read_simulated_motions(
             np.array([number[tree] for tree in trees], dtype=np.intp),
         ),
     )
-
-
-def read_runs(path: Path, motion_id: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Simulated runs of some motions.
-
-    Args:
-        path: Runs, one row a motion and speed limit.
-        motion_id: Which motions, shape (M,).
-
-    Returns:
-        Speed limits, rising fractions, shape (S,) [-]; durations [s] and energies [J], shape (M, S).
-
-    Raises:
-        InputError: The file is missing or cannot be read, or there is not one run for each motion and speed limit.
-    """
-    names = ["motion_id", "speed_limit_percent", "duration_s", "energy_j"]
-    wanted = [("motion_id", "in", motion_id.tolist())]
-    table = read_table(path, "simulate_motions", numbers=names, filters=wanted)
-    found, percent, duration, energy = columns(table, names, path).T
-    limits = np.unique(percent)
-    order = np.lexsort((percent, found))
-    rows = len(motion_id), len(limits)
-    pairs = np.repeat(np.sort(motion_id), rows[1]), np.tile(limits, rows[0])
-    if not len(table) or not np.array_equal([found[order], percent[order]], pairs):
-        raise InputError("there is not one run for each motion and speed limit", file=path, key="motion_id")
-    place = np.argsort(np.argsort(motion_id))
-    return limits / 100.0, duration[order].reshape(rows)[place], energy[order].reshape(rows)[place]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reproduction.claims.claim import Claim
-from reproduction.predictors.profile_parameters import TARGETS
+from reproduction.claims import Claim
 from reproduction.tables import columns
+from robojoule.profile.parameters import TARGETS
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -4,10 +4,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from reproduction.claims.claim import verdict
-from reproduction.claims.predictors import predictor_claims
+from reproduction.claims import verdict
+from reproduction.predictors.claims import predictor_claims
 from reproduction.predictors.estimators import MODELS
-from reproduction.predictors.profile_parameters import TARGETS
+from robojoule.profile.parameters import TARGETS
 
 PUBLISHED = {"p50": (10.4, 4.5, 4.8), "mean": (18.5, 6.0, 5.0)}
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reproduction.predictors.profile_fit import fit_profile_predictor
-from reproduction.predictors.residual_fit import fit_residual
+from reproduction.profile_predictor.fit import fit_profile_predictor
+from reproduction.profile_predictor.residual_fit import fit_residual
 from reproduction.study.transfer import transferred_prior
 from robojoule.calibration.run_model import run_parameters
 from robojoule.motion.path_integrals import INERTIAL

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reproduction.claims.claim import Claim
+from reproduction.claims import Claim
 
 if TYPE_CHECKING:
     import duckdb

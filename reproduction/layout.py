@@ -1,4 +1,4 @@
-"""Where the pipeline's files lie below its root folder: the contract's file names in one place."""
+"""Where the files of the pipeline and of the studies are below the root folder: all file names in one place."""
 
 from __future__ import annotations
 
@@ -58,14 +58,24 @@ class Layout:
         return self.data_dir / "predictions.parquet"
 
     @property
+    def profile_predictions(self) -> Path:
+        """What the profile predictor says of held-out motions, before it joins `predictions`."""
+        return self.data_dir / "profile_predictions.parquet"
+
+    @property
     def plans(self) -> Path:
         """Every plan, one row a vertex."""
         return self.data_dir / "plans.parquet"
 
     @property
     def models_dir(self) -> Path:
-        """Fitted predictors."""
+        """Fitted predictors, a folder each."""
         return self.root / "models"
+
+    @property
+    def profile_predictor(self) -> Path:
+        """Folder of the predictor of whole profiles."""
+        return self.models_dir / "profile_predictor"
 
     @property
     def reports_dir(self) -> Path:
@@ -83,6 +93,21 @@ class Layout:
         return self.reports_dir / "figures"
 
     @property
+    def claims_dir(self) -> Path:
+        """Claims of single chapters (CSV), joined in `tables_dir`."""
+        return self.reports_dir / "claims"
+
+    @property
+    def feature_claims(self) -> Path:
+        """Claims about features (thesis chapter 4)."""
+        return self.claims_dir / "features.csv"
+
+    @property
+    def predictor_claims(self) -> Path:
+        """Claims about predictors (thesis chapter 5)."""
+        return self.claims_dir / "predictors.csv"
+
+    @property
     def metrics_dir(self) -> Path:
         """Metrics of single stages (JSON), merged into `metrics`."""
         return self.reports_dir / "metrics"
@@ -98,11 +123,21 @@ class Layout:
         return self.reports_dir / "index.html"
 
     @property
-    def studies_dir(self) -> Path:
-        """Result tables of the studies (CSV), which `make study` writes."""
+    def study_tables_dir(self) -> Path:
+        """Result tables of the studies (CSV)."""
         return self.root / "studies" / "tables"
 
     @property
-    def mlflow_uri(self) -> str:
-        """Tracking store of MLflow."""
-        return f"sqlite:///{self.root / 'mlflow.db'}"
+    def study_data_dir(self) -> Path:
+        """Every single plan, error and prediction of the studies (Parquet)."""
+        return self.root / "studies" / "data"
+
+    @property
+    def mlflow_store(self) -> Path:
+        """Database of MLflow, absolute: it means the same from every folder."""
+        return (self.root / "mlflow.db").resolve()
+
+    @property
+    def mlflow_artifacts(self) -> Path:
+        """Folder of MLflow's artifacts, absolute."""
+        return self.mlflow_store.with_name("mlartifacts")

@@ -14,7 +14,7 @@ from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 
 
-class ProfileModel(mlflow.pyfunc.PythonModel):
+class ProfileModel(mlflow.pyfunc.PythonModel):  # type: ignore[misc]
     """Predicts duration, energy and its interval of single runs."""
 
     def load_context(self, context: Any) -> None:

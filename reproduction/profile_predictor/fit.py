@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from reproduction.predictors.residual_fit import fit_residual
+from reproduction.profile_predictor.residual_fit import fit_residual
 from robojoule.arrays import Array, Index
 from robojoule.calibration.parameters import ParameterVector, Prior
 from robojoule.calibration.run_fit import Calibration, calibrate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.claims.claim import Claim
+from reproduction.claims import Claim
 from reproduction.experiment.experiment import Variant
 from reproduction.experiment.results import ExperimentResults
 from reproduction.methods.methods import PREDICTOR_RUNS, PROFILING_RUNS, profiling_speed_limits

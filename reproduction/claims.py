@@ -1,0 +1,63 @@
+"""Claims of the thesis beside what comes out here: how one is said, written and read; how tables say true."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from reproduction.tables import Row, read_csv, write_csv
+from robojoule.errors import InputError
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the thesis, held against the results.
+
+    Attributes:
+        claim: The statement.
+        thesis: What the thesis found.
+        ours: What comes out here.
+        held: Whether the result is as good or points the same way; none if it cannot be told.
+    """
+
+    claim: str
+    thesis: str
+    ours: str
+    held: bool | None
+
+    def row(self) -> Row:
+        """Cells of the claim in a result table."""
+        return {"claim": self.claim, "thesis": self.thesis, "ours": self.ours, "held": verdict(self.held)}
+
+
+COLUMNS = tuple(field.name for field in fields(Claim))
+
+
+def verdict(held: bool | None) -> str:
+    """How every table says true, false or neither."""
+    return "" if held is None else "true" if held else "false"
+
+
+def write_claims(path: Path, claims: Sequence[Claim]) -> None:
+    """Write claims as CSV."""
+    write_csv(path, [claim.row() for claim in claims], COLUMNS)
+
+
+def read_claims(path: Path) -> list[Claim]:
+    """Read claims from CSV.
+
+    Raises:
+        InputError: The file is missing or unreadable, lacks a column, or says neither true nor false nor nothing in
+            `held`.
+    """
+    claims = []
+    meaning = {verdict(held): held for held in (True, False, None)}
+    for row in read_csv(path):
+        missing = [column for column in COLUMNS if row.get(column) is None]
+        if missing:
+            raise InputError(f"column '{missing[0]}' is missing", file=path, key=row.get("claim"))
+        if row["held"] not in meaning:
+            raise InputError(f"'{row['held']}' is not a verdict", file=path, key="held", allowed="true, false, empty")
+        claims.append(Claim(row["claim"], row["thesis"], row["ours"], meaning[row["held"]]))
+    return claims

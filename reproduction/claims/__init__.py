@@ -1,1 +1,0 @@
-"""Claims of the thesis beside what comes out here."""

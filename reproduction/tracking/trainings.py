@@ -1,0 +1,95 @@
+"""The record of the trainings in MLflow: parameters, figures, the models, and which of them is the champion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from reproduction.config import Params
+from reproduction.layout import Layout
+from reproduction.predictors.comparison import Comparison
+from reproduction.predictors.evaluation import beats_mean
+from reproduction.predictors.training import MEASURED, Training
+from reproduction.tables import columns
+from reproduction.tracking.figures import figures
+from reproduction.tracking.profile_predictor import record_profile_predictor
+from reproduction.tracking.store import EXPERIMENT, connect, figures_of, tags
+from robojoule.errors import RobojouleError
+from robojoule.profile.parameters import TARGETS
+
+EXAMPLE_ROWS = 3
+CHECKED_ROWS = 200
+# Types beyond numpy's and scikit-learn's public ones that the two models hold; anything else is refused on loading.
+TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
+
+
+def record_trainings(params: Params, layout: Layout, found: Comparison) -> Iterator[str]:
+    """Record the trainings of all predictors; register each, read it back and judge it on held-out motions.
+
+    Args:
+        params: Parameters of the pipeline.
+        layout: Folder of the project.
+        found: The models of three parameters and how they compare; the profile predictor is read from its files.
+
+    Yields:
+        A line of text for each training.
+
+    Raises:
+        RobojouleError: A model that was read back is another one.
+    """
+    mlflow = connect(layout)
+    test = found.predictions.filter(pa.compute.equal(found.predictions["split"], "test"))
+    baseline = columns(found.features.filter(pa.compute.equal(found.features["split"], "train")), TARGETS)
+    for training in found.trainings:
+        number = _record(mlflow, params, layout, training, found)
+        mine = test.filter(pa.compute.equal(test["model"], training.model))
+        champion = beats_mean(columns(mine, TARGETS), columns(mine, MEASURED), baseline)
+        _judge(mlflow, f"{EXPERIMENT}_{training.model}", number, champion)
+        yield f"{training.model}, recorded in MLflow"
+    yield record_profile_predictor(mlflow, params, layout, test, baseline, found.metrics)
+
+
+def _record(mlflow: Any, params: Params, layout: Layout, training: Training, found: Comparison) -> str:
+    """Record one training; returns the version under which its model is registered."""
+    model, estimator, names = training.model, training.estimator, list(training.predictor.inputs)
+    splits = np.array(found.features["split"].to_pylist())
+    frame = found.features.filter(pa.array(splits == "test")).select(names).to_pandas()
+    expected = estimator.predict(frame)
+    settings = params.train_predictors
+    with mlflow.start_run(run_name=model, tags=tags(layout, settings, "train_predictors") | {"model": model}):
+        mlflow.log_params(
+            {"model": model, "seed": settings.seed, "inputs": len(names)}
+            | {"training_motions": int((splits == "train").sum()), "test_motions": len(frame)}
+            | getattr(settings, model).model_dump(mode="json")
+        )
+        mlflow.log_metrics(figures_of(model, found.metrics) | {"fit_s": training.fit_s})
+        for table in ("table_5_1", "suitability"):
+            mlflow.log_artifact(str(layout.tables_dir / f"{table}.csv"), "tables")
+        for name, figure in figures(layout.runs, model, found.predictions, found.features):
+            mlflow.log_figure(figure, f"figures/{name}.png")
+        logged = mlflow.sklearn.log_model(
+            estimator,
+            name=model,
+            signature=mlflow.models.infer_signature(frame, expected),
+            input_example=frame.head(EXAMPLE_ROWS),
+            skops_trusted_types=TRUSTED_TYPES,
+            pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
+            registered_model_name=f"{EXPERIMENT}_{model}",
+        )
+        registered = f"models:/{EXPERIMENT}_{model}/{logged.registered_model_version}"
+        again = mlflow.sklearn.load_model(registered).predict(frame[:CHECKED_ROWS])
+        if not np.allclose(again, expected[:CHECKED_ROWS], rtol=1e-12, atol=1e-9):
+            raise RobojouleError(f"{registered} predicts something else than the model that was logged")
+    return str(logged.registered_model_version)
+
+
+def _judge(mlflow: Any, name: str, number: str, champion: bool) -> None:
+    """Make a version the champion if it beats the training data's mean on the test trees."""
+    client = mlflow.MlflowClient()
+    client.set_model_version_tag(name, number, "beats_baseline", str(champion).lower())
+    if champion:
+        client.set_registered_model_alias(name, "champion", number)

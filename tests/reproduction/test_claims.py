@@ -1,0 +1,36 @@
+from pathlib import Path
+
+import pytest
+
+from reproduction.claims import COLUMNS, Claim, read_claims, write_claims
+from robojoule.errors import InputError
+
+
+@pytest.mark.parametrize(("held", "text"), [(True, "true"), (False, "false"), (None, "")])
+def test_a_claim_is_one_row(held: bool | None, text: str):
+    row = Claim("it saves", "10 %", "11 %", held).row()
+    assert tuple(row) == COLUMNS
+    assert list(row.values()) == ["it saves", "10 %", "11 %", text]
+
+
+def test_claims_are_read_as_they_were_written(tmp_path: Path):
+    claims = [Claim("a, and b", "t", "o", False), Claim("d", "t", "o", None), Claim("c", "t", "o", True)]
+    path = tmp_path / "reports" / "claims.csv"
+    write_claims(path, claims)
+    text = 'claim,thesis,ours,held\n"a, and b",t,o,false\nd,t,o,\nc,t,o,true\n'
+    assert path.read_text(encoding="utf-8") == text
+    assert read_claims(path) == claims
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("claim,thesis,ours\nc,t,o\n", r"plans\.csv.*column 'held' is missing"),
+        ("claim,thesis,ours,held\nc,t,o,maybe\n", r"plans\.csv, held: 'maybe' is not a verdict"),
+        ("claim,thesis,ours,held\nc,t\n", r"plans\.csv, c: column 'ours' is missing"),
+    ],
+)
+def test_broken_claims_are_refused(tmp_path: Path, text: str, message: str):
+    (tmp_path / "plans.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        read_claims(tmp_path / "plans.csv")
