@@ -9,17 +9,17 @@ import numpy as np
 
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
+from reproduction.methods.method import Method, Variant
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
-from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
+from reproduction.study.ablations import ablation_methods, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
 from reproduction.study.config import StudyMotionsParams, StudyParams
-from reproduction.study.plans import (
-    Costs,
+from reproduction.study.methods import (
+    OnSource,
     evaluate_plans,
-    path_costs,
+    hull_profiles,
     polynomial_method,
-    source_costs,
     three_segment_method,
 )
 from reproduction.study.plant import Plant, draw_plant
@@ -33,6 +33,7 @@ from robojoule.calibration.run_fit import Calibration
 from robojoule.calibration.run_model import ObservedRuns, run_parameters
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
+from robojoule.profile.source import ProfileSource
 from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
@@ -140,9 +141,9 @@ def plan_rows(tables: RegimeTables, plans: PlanEnergies, key: Row) -> None:
     tables.wins.extend(win_rows(plans, key))
     for method, energies in plans.energy_j.items():
         for tree, row in enumerate(energies.tolist()):
-            for relaxation, energy in zip(plans.relaxations_percent, row, strict=True):
+            for percent, energy in zip(plans.cycle_times_percent, row, strict=True):
                 tables.plans.append(
-                    key | {"tree": tree, "relaxation_percent": relaxation, "method": method, "energy_j": energy}
+                    key | {"tree": tree, "relaxation_percent": percent, "method": method, "energy_j": energy}
                 )
 
 
@@ -150,25 +151,25 @@ def joined(parts: Sequence[PlanEnergies]) -> PlanEnergies:
     """Plans of several batches as one."""
     names = parts[0].energy_j
     return PlanEnergies(
-        parts[0].relaxations_percent, {name: np.concatenate([part.energy_j[name] for part in parts]) for name in names}
+        parts[0].cycle_times_percent, {name: np.concatenate([part.energy_j[name] for part in parts]) for name in names}
     )
 
 
-def physics_costs(
+def physics_methods(
     batch: PlantBatch, predictors: dict[str, ProfilePredictor], params: StudyMotionsParams, *, cautious: bool = False
-) -> dict[str, Costs]:
-    """Costs by predictors, nominal physics and the oracle."""
+) -> dict[str, Method]:
+    """Planning on the profiles of predictors, of nominal physics and of the oracle, by name."""
     limits = batch.speed_limits(params.predicted_speed_limits)
-    costs = {
-        "nominal_physics": path_costs(batch, batch.nominal_paths, limits),
-        "oracle": path_costs(batch, batch.oracle_paths, limits),
+    sources: dict[str, ProfileSource] = {
+        "nominal_physics": hull_profiles(batch.nominal_paths, limits),
+        "oracle": hull_profiles(batch.oracle_paths, limits),
     }
     for name, predictor in predictors.items():
         predicted = predictor.predict(batch.nominal_paths, limits)
-        costs[name] = source_costs(batch, predicted)
+        sources[name] = predicted
         if cautious:
-            costs[f"{name}_cautious"] = source_costs(batch, predicted.cautious())
-    return costs
+            sources[f"{name}_cautious"] = predicted.cautious()
+    return {name: OnSource(Variant(name), source) for name, source in sources.items()}
 
 
 def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
@@ -197,13 +198,13 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         batch = plant_batch(robot, plant, settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
-        costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
-        costs |= {
+        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
+        methods |= {
             "krc_polynomial_6": polynomial_method(batch, 6),
-            "predicted_three_segment": three_segment_method(batch, learned[place](batch)),
+            "predicted_three_segment": three_segment_method(learned[place](batch)),
         }
-        costs |= ablation_costs(batch, means[place], motions.dense_speed_limits)
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods |= ablation_methods(batch, means[place], motions.dense_speed_limits)
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         plan_rows(tables, main_methods(plans[-1]), key)
         progress(f"same robot: {payload:g} kg planned")
     together: Row = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
@@ -250,8 +251,8 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
         batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
-        costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions)
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions)
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         plan_rows(tables, plans[-1], key)
         progress(f"unseen payload: {payload:g} kg left out and planned")
     together: Row = {"regime": "unseen_payload", "robot": settings.robot, "payload_kg": "all"}
@@ -306,8 +307,8 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
         batch = plant_batch(robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
         prediction_rows(errors, batch, predictors, limits, key)
-        costs = physics_costs(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         groups += [place] * settings.test_trees
         plan_rows(tables, plans[-1], key)
         progress(f"unseen robot: {name} left out and planned")

@@ -31,7 +31,7 @@ _TREES = 60
 def motion_features(paths: MotionPaths, slowest_speed_limit: float) -> Array:
     """The thesis's features (5.2) of M motions, from the trajectory generator: shape (M, 3 + 6 n).
 
-    Order as in `robojoule.predictor.input_names`: vertical and horizontal distance [m], rotation [rad], then for each
+    Order as in `reproduction.predictors.profile_parameters.input_names`: vertical and horizontal distance [m], rotation [rad], then for each
     joint its angle [rad] and by how much speed, acceleration, deceleration and the jerks of both [rad/s .. rad/s3] of
     the fastest run exceed those of the slowest one.
 
