@@ -31,7 +31,7 @@ class ExperimentData:
     """Experiment trees with everything that methods know about them.
 
     Attributes:
-        complexities: simple, medium or complex, one a tree.
+        complexities: simple, medium or complex, one per tree.
         batch: The trees.
         knowledge: What methods know of their motions.
     """

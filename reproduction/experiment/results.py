@@ -263,7 +263,7 @@ def table_by_tree(results: ExperimentResults, cycle_times_percent: Sequence[floa
 def metrics(results: ExperimentResults) -> dict[str, dict[str, dict[str, float] | float]]:
     """Method -> cycle time -> mean saving and gap, and method -> runs that it needs for a new motion.
 
-    `krc_polynomial` stands for its best number of chords; each number has an entry of its own too.
+    `krc_polynomial` is that with its best number of chords; each number has an entry of its own too.
     """
     named = results.quoted()
     polynomial = [variant for variant in named.values() if variant.method == "krc_polynomial"]

@@ -20,10 +20,10 @@ class StudyMotionsParams(Document):
     """Trees, runs and cycle times of every study."""
 
     seed: int = Field(ge=0)
-    points: int = Field(ge=1, le=20, description="Random points a tree.")
+    points: int = Field(ge=1, le=20, description="Random points per tree.")
     budget_rad: tuple[float, float] = Field(description="Smallest and largest budget of joint changes. [rad]")
-    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of measured runs.")
-    runs_per_motion: int = Field(ge=2, description="Measured runs a motion that the physics-informed model reads.")
+    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of observed runs.")
+    runs_per_motion: int = Field(ge=2, description="Observed runs per motion that the physics-informed model reads.")
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     dense_speed_limits: int = Field(ge=30, description="Speed limits of the true profiles before refinement.")
     relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)

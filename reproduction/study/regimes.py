@@ -13,7 +13,7 @@ from reproduction.methods.method import Method, Variant
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_methods, ablation_rows, main_methods
-from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
+from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, observe
 from reproduction.study.config import StudyMotionsParams, StudyParams
 from reproduction.study.methods import (
     OnSource,
@@ -84,7 +84,7 @@ def plant_batch(
 
 
 def speed_limits(params: StudyMotionsParams) -> Array:
-    """Speed limits of measured runs, fractions, shape (S,)."""
+    """Speed limits of observed runs, fractions, shape (S,)."""
     return np.array(params.speed_limits_percent) / 100.0
 
 
@@ -96,7 +96,7 @@ def robot_with_payload(name: str, payload_kg: float) -> Robot:
 def prediction_rows(
     tables: RegimeTables, batch: PlantBatch, predictors: dict[str, ProfilePredictor], limits: Array, key: Row
 ) -> None:
-    """Errors of predictors, nominal physics and the oracle, at the measured speed limits and on a fine grid."""
+    """Errors of predictors, nominal physics and the oracle, at the observed speed limits and on a fine grid."""
     for grid, at in (("measured", limits), ("fine", batch.speed_limits(46))):
         runs = batch.paths.simulate(at)
         truth = profile_parameters(runs.duration_s, runs.energy_j)
@@ -173,10 +173,10 @@ def physics_methods(
 
 
 def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
-    """Regime (a): trees never seen of a robot whose plant was measured; several payloads, all of them trained on."""
+    """Regime (a): trees never seen of a robot whose plant was observed; several payloads, all of them trained on."""
     settings, motions = params.evaluate_motions, params.motions
     limits = speed_limits(motions)
-    tables, measured, learned, means = RegimeTables(), [], [], []
+    tables, observed, learned, means = RegimeTables(), [], [], []
     plants_seed = streams(motions.seed)["plant"]
     plant = draw_plant(robot_with_payload(settings.robot, 0.0), plants_seed, params.plant)
     for place, payload in enumerate(settings.payloads_kg):
@@ -185,11 +185,11 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         batch = plant_batch(
             robot, plant, settings.training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
-        full = measure(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
-        measured.append(full.thinned(motions.runs_per_motion))
+        full = observe(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
+        observed.append(full.thinned(motions.runs_per_motion))
         learned.append(_thesis_forest(batch, full))
-        means.append(_measured_parameters(batch, full).mean(axis=0))
-    predictor = fit_profile_predictor(robot, measured)
+        means.append(_observed_parameters(batch, full).mean(axis=0))
+    predictor = fit_profile_predictor(robot, observed)
     progress(f"same robot: fitted, noise {predictor.calibration.noise:.4f}")
     plans = []
     for place, payload in enumerate(settings.payloads_kg):
@@ -216,17 +216,17 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     return tables
 
 
-def _thesis_forest(batch: PlantBatch, measured: ObservedRuns) -> Callable[[PlantBatch], Array]:
+def _thesis_forest(batch: PlantBatch, observed: ObservedRuns) -> Callable[[PlantBatch], Array]:
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
     slowest = batch.slowest_speed_limit
     forest = estimators.random_forest(THESIS_FOREST, seed=1)
-    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _measured_parameters(batch, measured))
+    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _observed_parameters(batch, observed))
     return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
 
 
-def _measured_parameters(batch: PlantBatch, measured: ObservedRuns) -> Array:
+def _observed_parameters(batch: PlantBatch, observed: ObservedRuns) -> Array:
     """Saving [J], optimal duration [s] and penalty [J] of noisy runs, shape (M, 3)."""
-    return profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
+    return profile_parameters(batch.paths.durations(observed.speed_limits), observed.energy_j)
 
 
 def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
@@ -236,18 +236,18 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
     plant = draw_plant(robot_with_payload(settings.robot, 0.0), streams(motions.seed)["plant"], params.plant)
     payloads = settings.unseen_payloads_kg
     robots = [robot_with_payload(settings.robot, payload) for payload in payloads]
-    measured = []
+    observed = []
     for place, robot in enumerate(robots):
         seeds = streams(motions.seed, 2, place)
         batch = plant_batch(
             robot, plant, settings.unseen_training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
         rng = np.random.default_rng(seeds["noise"])
-        measured.append(measure(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
+        observed.append(observe(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
     plans = []
     for place, (robot, payload) in enumerate(zip(robots, payloads, strict=True)):
         seeds = streams(motions.seed, 2, place)
-        predictor = fit_profile_predictor(robot, [m for other, m in enumerate(measured) if other != place])
+        predictor = fit_profile_predictor(robot, [m for other, m in enumerate(observed) if other != place])
         batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
@@ -261,7 +261,7 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
 
 
 def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] | None = None) -> RegimeTables:
-    """Regime (c): every robot of the catalog once left out, then a few of its motions measured."""
+    """Regime (c): every robot of the catalog once left out, then a few of its motions observed."""
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
     names = list(names or list_robots())
@@ -278,10 +278,10 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
         )
         rng = np.random.default_rng(seeds["noise"])
         predictor = fit_profile_predictor(
-            robot, [measure(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
+            robot, [observe(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
         )
         known[name] = (run_parameters(robot.drives, predictor.directions), predictor.calibration)
-        progress(f"unseen robot: {name} measured")
+        progress(f"unseen robot: {name} observed")
     plans, groups, errors = [], [], RegimeTables()
     for place, name in enumerate(names):
         robot, seeds = robots[name], streams(motions.seed, 4, place)
@@ -295,7 +295,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
             seeds["training_trees"],
             seeds["training_state"],
         )
-        full = measure(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
+        full = observe(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
         outward = np.arange(len(full.tree)) % (2 * motions.points) < motions.points  # the way back is the same line
         chosen = np.flatnonzero(outward)
         predictors = {}

@@ -1,4 +1,4 @@
-"""Predictors of three numbers a motion, to stand beside the physics-informed one: the thesis's features, usual models.
+"""Predictors of three numbers per motion, beside the physics-informed one: the thesis's features, usual models.
 
 Hyperparameters are chosen by cross-validation by tree inside the training trees (the inner loop of a nested
 cross-validation).
@@ -31,9 +31,9 @@ _TREES = 60
 def motion_features(paths: MotionPaths, slowest_speed_limit: float) -> Array:
     """The thesis's features (5.2) of M motions, from the trajectory generator: shape (M, 3 + 6 n).
 
-    Order as in `reproduction.predictors.profile_parameters.input_names`: vertical and horizontal distance [m], rotation [rad], then for each
-    joint its angle [rad] and by how much speed, acceleration, deceleration and the jerks of both [rad/s .. rad/s3] of
-    the fastest run exceed those of the slowest one.
+    Order as in `reproduction.predictors.profile_parameters.input_names`: vertical and horizontal distance [m], rotation
+    [rad], then for each joint its angle [rad] and by how much speed, acceleration, deceleration and the jerks of both
+    [rad/s .. rad/s3] of the fastest run exceed those of the slowest one.
 
     Args:
         paths: Motions of the nominal entry.

@@ -126,7 +126,7 @@ class AdaptiveProfiles:
         return motions
 
     def _limits_near(self, motion: int, durations_s: Array) -> Array:
-        """Speed limits of new runs, one a segment that is asked for."""
+        """Speed limits of new runs, one per segment that is asked for."""
         known = self.profiles[motion]
         d, p = known.durations_s, known.speed_limits
         segments = np.clip(np.searchsorted(d, durations_s, side="right") - 1, 0, max(d.size - 2, 0))
