@@ -16,10 +16,10 @@ import pyarrow.parquet as pq
 from benchmarks.measure import rounded, run
 from reproduction.config import load_params
 from reproduction.layout import Layout
-from reproduction.motions.tables import SAMPLES_SCHEMA, samples_writer, write_table
+from reproduction.motions.tables import SAMPLES_SCHEMA, samples_writer
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
-from reproduction.predictors.profile_parameters import input_names
-from reproduction.tables import columns
+from reproduction.predictors.profile_parameters import input_names, joint_count
+from reproduction.tables import columns, write_parquet
 from robojoule.profile.parameters import TARGETS
 
 
@@ -33,7 +33,7 @@ def bare_writing_s(layout: Layout, folder: Path) -> float:
             with samples_writer(again) as writer:
                 writer.write_table(table, row_group_size=1 << 20)
         else:
-            write_table(again, table)
+            write_parquet(again, table)
         seconds += time.perf_counter() - start
     return seconds
 
@@ -43,8 +43,7 @@ def bare_fits_s(root: Path) -> float:
     layout, params = Layout(root), load_params(root / "params.yaml")
     features = pq.read_table(layout.features)
     features = features.filter(np.array(features["split"].to_pylist()) == "train")
-    joints = sum(name.endswith("_angle_difference_rad") for name in features.column_names)
-    inputs = features.select(input_names(joints)).to_pandas()
+    inputs = features.select(input_names(joint_count(features.column_names))).to_pandas()
     targets = columns(features, TARGETS, layout.features)
     start = time.perf_counter()
     for model in MODELS:

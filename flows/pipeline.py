@@ -31,6 +31,7 @@ from prefect.cache_policies import NO_CACHE
 
 from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
+from reproduction.profile_predictor.training import MODEL
 from reproduction.tracking.store import data_hash, find_run
 
 STAGE_TIMEOUT_S = 1800.0
@@ -172,7 +173,7 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
     """
     layout = Layout(root)
     data = data_hash(layout.features)
-    runs = [run for model in MODELS if (run := find_run(layout, model, data))]
+    runs = [run for model in (*MODELS, MODEL) if (run := find_run(layout, model, data))]
     lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
     text = "\n".join(
         [

@@ -34,6 +34,13 @@ os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
 )
 
+# What the toy project takes beside the code.
+COPIED = (
+    *(".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "reports/.gitignore"),
+    *(f"{folder}/{name}" for folder in ("data", "models") for name in (".gitignore", "README.md")),
+    *("dvc.yaml", "versions.yaml", "prefect.yaml", "pyproject.toml", "studies/dvc.lock"),
+)
+
 TOY_PARAMS = {
     "generate_trees": {"trees": 6, "test_fraction": 0.34, "experiment_trees": 3, "points": 2, "budget_rad": [1.0, 3.0]},
     "simulate_motions": {"speed_limits_percent": [10, 25, 40, 55, 70, 85, 100], "shard_motions": 20},
@@ -110,10 +117,8 @@ def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("robojoule", "reproduction", "stages", "flows"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "studies/tables", folder / "studies/tables")
-    for name in (".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "data/.gitignore", "reports/.gitignore"):
+    for name in COPIED:
         (folder / name).parent.mkdir(exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    for name in ("dvc.yaml", "prefect.yaml", "pyproject.toml", "studies/dvc.lock"):
         shutil.copy(ROOT / name, folder / name)
     params = merge(yaml.safe_load((ROOT / "params.yaml").read_text(encoding="utf-8")), TOY_PARAMS)
     (folder / "params.yaml").write_text(yaml.safe_dump(params, sort_keys=False), encoding="utf-8")

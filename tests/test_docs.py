@@ -4,8 +4,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import pyarrow as pa
 import pytest
+from pyarrow import csv
 
+from tests.calibration.plant import Plant, make_log
 from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
 from tests.flows.test_pipeline import post
 
@@ -65,10 +68,17 @@ def test_shell_blocks_hold_the_make_commands_only():
 
 
 def test_snippets_run(reproduced: Path, prefect_server: str):
-    """Every command and every Python block once, in the order of the documents."""
+    """Every command and every Python block once, in the order of the documents.
+
+    What they read and do not make themselves is the README's program, `cycle.yaml`, and a log, `log.csv`.
+    """
+    (program,) = snippets(ROOT / "README.md", "yaml operation-tree")
+    (reproduced / "cycle.yaml").write_text(program.text, encoding="utf-8")
+    columns, _ = make_log(Plant(21), 21, motions=20)
+    csv.write_csv(pa.table(columns), reproduced / "log.csv")
     done: set[str] = set()
     for path in WITH_SNIPPETS:
-        for snippet in snippets(path, "console", "python"):
+        for snippet in snippets(path, "console", "python", "python door"):
             for command in snippet.commands if snippet.language == "console" else [snippet.text]:
                 if command not in done:
                     done.add(command)

@@ -63,7 +63,7 @@ def test_the_first_plan_loads_nothing_heavy(folder):
 
 
 def test_no_name_is_hidden_by_a_module():
-    """Importing `robojoule.x` sets the attribute `x` of the package: no name of the door may be one."""
+    """Importing a submodule x sets the attribute `x` of the package: no name of the door may be one."""
     assert not set(rj.__all__) & {module.name for module in pkgutil.iter_modules(rj.__path__)}
 
 

@@ -1,9 +1,12 @@
 """What contributors and build servers rely on: no test is left out in silence."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
+
+import yaml
 
 from tests.conftest import ROOT
 
@@ -45,3 +48,15 @@ def test_a_build_server_fails_if_a_test_is_skipped(tmp_path: Path):
     assert done.returncode == 1
     assert "there is no browser" in done.stdout and "there is no server" in done.stdout
     assert done.stdout.splitlines()[-1].startswith("1 failed, 1 xfailed, 1 error")  # a mark acts at set-up
+
+
+def test_a_commit_is_checked_as_lint_checks():
+    """The hooks run the tools of `make lint`, from the same environment."""
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
+    lint = re.search(r"^lint:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+    commands = [line.split("$(PY) ")[1].split() for line in lint[1].splitlines()]
+    assert [hook["entry"].split()[0] for hook in hooks] == [".venv/bin/python"] * len(commands)
+    for hook, command in zip(hooks, commands, strict=True):
+        assert [word for word in command if word != "."] == [
+            w for w in hook["entry"].split()[1:] if w != "--force-exclude"
+        ]

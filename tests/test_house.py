@@ -92,6 +92,18 @@ def test_a_library_of_plain_modules_is_what_its_rooms_reach():
         assert {one.relative_to(ROOT).parts[0] for one in closure(path)} == {"robojoule"}
 
 
+@pytest.mark.parametrize("path", sorted(set(python_files("stages")) - {ROOT / "stages/show_table.py"}), ids=module_name)
+def test_stages_are_thin(path: Path):
+    """They name parameters and files and leave the work to the rooms."""
+    used = {name.split(".")[0] for name, _ in imports(path)} - set(sys.stdlib_module_names)
+    assert used <= {"pyarrow", *PACKAGES}
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_the_table_is_shown_without_other_packages():
+    assert {name.split(".")[0] for name, _ in imports(ROOT / "stages/show_table.py")} <= set(sys.stdlib_module_names)
+
+
 def test_the_command_line_loads_light_modules_only():
     code = "import sys, robojoule.cli; print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout

@@ -22,7 +22,8 @@ from pydantic import Field, model_validator
 from threadpoolctl import threadpool_limits
 
 from reproduction.config import Percent, RobotParams
-from reproduction.motions.tables import ends_columns, runs_table, write_table
+from reproduction.motions.tables import ends_columns, runs_table
+from reproduction.tables import write_parquet
 from reproduction.trees.generate import draw_point
 from robojoule import __version__
 from robojoule.arrays import Array
@@ -162,8 +163,8 @@ def write_shard(motion_set: MotionSet, root: Path, shard: int) -> None:
             paths = MotionPaths(robot, start, end)
             motions.append(pa.table({"motion_id": pa.array(block, pa.int32()), **ends_columns(paths, end)}))
             runs.append(runs_table(block, paths.simulate(speed_limits)))
-    write_table(folder.motions(shard), pa.concat_tables(motions))
-    write_table(folder.runs(shard), pa.concat_tables(runs))
+    write_parquet(folder.motions(shard), pa.concat_tables(motions))
+    write_parquet(folder.runs(shard), pa.concat_tables(runs))
 
 
 def random_motions(

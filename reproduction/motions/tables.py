@@ -125,12 +125,6 @@ def ends_columns(paths: MotionPaths, end_rad: Array) -> dict[str, Array]:
     return columns
 
 
-def write_table(path: Path, table: pa.Table) -> None:
-    """Write a table as a Parquet file, atomically."""
-    with atomic_path(path) as temporary:
-        pq.write_table(table, temporary, compression="zstd")
-
-
 def runs_table(motion_id: Index, runs: MotionRuns) -> pa.Table:
     """Table of the runs, ordered by motion and rising speed limit.
 

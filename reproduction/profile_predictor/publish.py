@@ -1,7 +1,7 @@
 """Put the pipeline's profile predictor into the library: `python -m reproduction.profile_predictor.publish`.
 
-Copies `models/profile_predictor`, as the stage `train_predictors` left it, to where
-`robojoule.profile.reference_predictor` finds it, to be committed; refuses one that was trained for another entry than
+Copies `models/profile_predictor`, as the stage `train_profile_predictor` left it, to where
+`robojoule.profile.reference` finds it, to be committed; refuses one that was trained for another entry than
 the catalog's present one.
 """
 

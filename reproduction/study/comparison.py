@@ -48,7 +48,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
     """Cross-validate every model on the same trees and noise."""
     settings, motions = params.compare_predictors, params.motions
     seeds, limits = streams(motions.seed, 5), speed_limits(motions)
-    robot = robot_with_payload(settings.robot, settings.payload_kg)
+    robot = robot_with_payload(settings.robot, settings.payload_kg, motions)
     plant = draw_plant(robot, streams(motions.seed)["plant"], params.plant)
     batch = plant_batch(robot, plant, settings.trees, motions, seeds["training_trees"], seeds["training_state"])
     observed = observe(batch, limits, np.random.default_rng(seeds["noise"]))

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from reproduction.config import ForestParams, Percent
 from reproduction.study.plant import PlantParams
 from robojoule.documents import Document, load
 
 Count = Annotated[int, Field(ge=1)]
-Percent = Annotated[float, Field(gt=0, le=100)]
 Kilograms = Annotated[float, Field(ge=0)]
 
 
@@ -20,13 +20,19 @@ class StudyMotionsParams(Document):
     """Trees, runs and cycle times of every study."""
 
     seed: int = Field(ge=0)
+    payload_com_m: tuple[float, float, float] = Field(description="Centre of mass of payloads in the tool frame. [m]")
     points: int = Field(ge=1, le=20, description="Random points per tree.")
     budget_rad: tuple[float, float] = Field(description="Smallest and largest budget of joint changes. [rad]")
     speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of observed runs.")
-    runs_per_motion: int = Field(ge=2, description="Observed runs per motion that the physics-informed model reads.")
+    runs_per_motion: int = Field(
+        ge=2, description="Observed runs of each motion that the physics-informed model reads."
+    )
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
+    fine_speed_limits: int = Field(ge=10, description="Speed limits of the fine grid on which predictions are judged.")
     dense_speed_limits: int = Field(ge=30, description="Speed limits of the true profiles before refinement.")
-    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(min_length=1)
+    relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(
+        min_length=1, description="Cycle times as shares of the least one. [%]"
+    )
 
     @model_validator(mode="after")
     def _rising(self) -> StudyMotionsParams:
@@ -59,6 +65,7 @@ class EvaluateMotionsParams(Document):
     unseen_payloads_kg: list[Kilograms] = Field(min_length=2)
     unseen_training_trees: Count
     unseen_test_trees: Count
+    random_forest: ForestParams = Field(description="The thesis's predictor.")
 
 
 class EvaluateRobotsParams(Document):

@@ -38,8 +38,6 @@ from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
 Progress = Callable[[str], None]
-PAYLOAD_COM_M = (0.0, 0.0, 0.1)
-THESIS_FOREST = ForestParams(n_estimators=100, min_samples_leaf=2, max_features=0.5)
 # Streams of one seed that must never meet: plants, training and test trees, hidden states, noise.
 STREAMS = ("plant", "training_trees", "test_trees", "training_state", "test_state", "noise", "choice")
 
@@ -88,16 +86,21 @@ def speed_limits(params: StudyMotionsParams) -> Array:
     return np.array(params.speed_limits_percent) / 100.0
 
 
-def robot_with_payload(name: str, payload_kg: float) -> Robot:
+def robot_with_payload(name: str, payload_kg: float, motions: StudyMotionsParams) -> Robot:
     """Catalog entry with a payload of unknown shape."""
-    return load_robot(name, Payload(payload_kg, PAYLOAD_COM_M))
+    return load_robot(name, Payload(payload_kg, motions.payload_com_m))
 
 
 def prediction_rows(
-    tables: RegimeTables, batch: PlantBatch, predictors: dict[str, ProfilePredictor], limits: Array, key: Row
+    tables: RegimeTables,
+    batch: PlantBatch,
+    predictors: dict[str, ProfilePredictor],
+    motions: StudyMotionsParams,
+    key: Row,
 ) -> None:
     """Errors of predictors, nominal physics and the oracle, at the observed speed limits and on a fine grid."""
-    for grid, at in (("measured", limits), ("fine", batch.speed_limits(46))):
+    grids = {"measured": speed_limits(motions), "fine": batch.speed_limits(motions.fine_speed_limits)}
+    for grid, at in grids.items():
         runs = batch.paths.simulate(at)
         truth = profile_parameters(runs.duration_s, runs.energy_j)
         energies = {
@@ -178,26 +181,26 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     limits = speed_limits(motions)
     tables, observed, learned, means = RegimeTables(), [], [], []
     plants_seed = streams(motions.seed)["plant"]
-    plant = draw_plant(robot_with_payload(settings.robot, 0.0), plants_seed, params.plant)
+    plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), plants_seed, params.plant)
     for place, payload in enumerate(settings.payloads_kg):
         seeds = streams(motions.seed, 1, place)
-        robot = robot_with_payload(settings.robot, payload)
+        robot = robot_with_payload(settings.robot, payload, motions)
         batch = plant_batch(
             robot, plant, settings.training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
         full = observe(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
         observed.append(full.thinned(motions.runs_per_motion))
-        learned.append(_thesis_forest(batch, full))
+        learned.append(_thesis_forest(batch, full, settings.random_forest))
         means.append(_observed_parameters(batch, full).mean(axis=0))
     predictor = fit_profile_predictor(robot, observed)
     progress(f"same robot: fitted, noise {predictor.calibration.noise:.4f}")
     plans = []
     for place, payload in enumerate(settings.payloads_kg):
         seeds = streams(motions.seed, 1, place)
-        robot = robot_with_payload(settings.robot, payload)
+        robot = robot_with_payload(settings.robot, payload, motions)
         batch = plant_batch(robot, plant, settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
+        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
         methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
         methods |= {
             "krc_polynomial_6": polynomial_method(batch, 6),
@@ -216,10 +219,10 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     return tables
 
 
-def _thesis_forest(batch: PlantBatch, observed: ObservedRuns) -> Callable[[PlantBatch], Array]:
+def _thesis_forest(batch: PlantBatch, observed: ObservedRuns, params: ForestParams) -> Callable[[PlantBatch], Array]:
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
     slowest = batch.slowest_speed_limit
-    forest = estimators.random_forest(THESIS_FOREST, seed=1)
+    forest = estimators.random_forest(params, seed=1)
     estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _observed_parameters(batch, observed))
     return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
 
@@ -233,9 +236,9 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
     """Regime (b): every payload once left out of training."""
     settings, motions = params.evaluate_motions, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
-    plant = draw_plant(robot_with_payload(settings.robot, 0.0), streams(motions.seed)["plant"], params.plant)
+    plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), streams(motions.seed)["plant"], params.plant)
     payloads = settings.unseen_payloads_kg
-    robots = [robot_with_payload(settings.robot, payload) for payload in payloads]
+    robots = [robot_with_payload(settings.robot, payload, motions) for payload in payloads]
     observed = []
     for place, robot in enumerate(robots):
         seeds = streams(motions.seed, 2, place)
@@ -250,7 +253,7 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
         predictor = fit_profile_predictor(robot, [m for other, m in enumerate(observed) if other != place])
         batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, limits, key)
+        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
         methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions)
         plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         plan_rows(tables, plans[-1], key)
@@ -270,7 +273,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
     plants: dict[str, Plant] = {}
     plant_seed = streams(motions.seed)["plant"]
     for place, name in enumerate(names):
-        robots[name] = robot = _rated(name, settings.payload_share)
+        robots[name] = robot = _rated(name, settings.payload_share, motions)
         plants[name] = plant = draw_plant(robot, plant_seed, params.plant)
         seeds = streams(motions.seed, 3, place)
         batch = plant_batch(
@@ -306,7 +309,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
             predictors[f"robojoule_predicted_{count}"] = fit_profile_predictor(robot, used, prior, residual=False)
         batch = plant_batch(robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
-        prediction_rows(errors, batch, predictors, limits, key)
+        prediction_rows(errors, batch, predictors, motions, key)
         methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
         plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         groups += [place] * settings.test_trees
@@ -320,6 +323,6 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
     return tables
 
 
-def _rated(name: str, share: float) -> Robot:
+def _rated(name: str, share: float, motions: StudyMotionsParams) -> Robot:
     bare = load_robot(name)
-    return robot_with_payload(name, round(share * bare.file.rated_payload_kg, 3))
+    return robot_with_payload(name, round(share * bare.file.rated_payload_kg, 3), motions)

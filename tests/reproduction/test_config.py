@@ -47,6 +47,17 @@ BAD = {
         "less than or equal to 100",
     ),
     "relaxation below 100": (("evaluate_plans", "relaxations_percent"), [90], "relaxations_percent.0: .*greater"),
+    "no training tree": (
+        ("train_profile_predictor", "training_trees"),
+        0,
+        "training_trees: .*equal to 1",
+    ),
+    "unknown key of the profile predictor": (
+        ("train_profile_predictor", "trees"),
+        60,
+        "train_profile_predictor.trees: unknown key; allowed: .*runs_per_motion, training_trees",
+    ),
+    "few predicted speed limits": (("evaluate_plans", "predicted_speed_limits"), 9, "greater than or equal to 10"),
     "segments repeated": (("evaluate_plans", "krc_segments"), [4, 4], "krc_segments must not repeat a value"),
     "text for number": (("train_predictors", "seed"), "many", "train_predictors.seed: .*integer"),
 }

@@ -7,7 +7,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from reproduction.tables import columns, read_csv, read_runs, read_table, write_csv
+from reproduction.tables import (
+    column_names,
+    columns,
+    read_csv,
+    read_runs,
+    read_table,
+    table_of_rows,
+    write_csv,
+    write_parquet,
+)
 from robojoule.errors import InputError
 
 GOOD = {"tree_id": ["a", "b", "b"], "motion_id": [4, 2, 7], "energy_j": [1.0, 2.0, 3.0]}
@@ -98,3 +107,16 @@ def test_rows_are_written_as_csv_and_read_back(tmp_path):
     assert read_csv(path) == [] and path.read_text() == "claim,held\n"
     with pytest.raises(InputError, match=r"none\.csv: the table cannot be read"):
         read_csv(tmp_path / "none.csv")
+
+
+def test_columns_with_numbers_and_words_become_text(tmp_path):
+    rows = [{"payload_kg": 0.0, "energy_j": 1.0}, {"payload_kg": "all", "energy_j": 2.0}]
+    write_parquet(tmp_path / "plans.parquet", table_of_rows(rows, ["payload_kg"]))
+    table = pq.read_table(tmp_path / "plans.parquet")
+    assert table.to_pydict() == {"payload_kg": ["0.0", "all"], "energy_j": [1.0, 2.0]}
+    assert column_names(tmp_path / "plans.parquet", "evaluate_plans") == ["payload_kg", "energy_j"]
+
+
+def test_columns_of_a_missing_file_name_the_stage(tmp_path):
+    with pytest.raises(InputError, match=r"plans\.parquet: the file is missing; run the stage evaluate_plans first"):
+        column_names(tmp_path / "plans.parquet", "evaluate_plans")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.predictors.profile_parameters import bounded, input_names
+from reproduction.predictors.profile_parameters import bounded, input_names, joint_count
 from robojoule.profile.parameters import TARGETS
 
 
@@ -21,6 +21,12 @@ def test_inputs_are_the_thesis_s() -> None:
     assert len(expected) == 39
     assert not {"euclidean_distance_m", "theta_sum_rad", *TARGETS} & set(expected)
     assert len(input_names(7)) == 45
+
+
+def test_the_joints_are_counted_by_their_inputs() -> None:
+    for joints in (1, 6, 7):
+        assert joint_count(["tree_id", *reversed(input_names(joints))]) == joints
+    assert joint_count(["tree_id", "j2_angle_difference_rad"]) == 0
 
 
 def test_targets_are_the_three_parameters() -> None:

@@ -13,11 +13,13 @@ from robojoule.robots.robot import Payload, Robot
 
 MOTIONS = StudyMotionsParams(
     seed=5,
+    payload_com_m=(0.0, 0.0, 0.1),
     points=3,
     budget_rad=(1.8, 3.5),
     speed_limits_percent=[10, 20, 35, 50, 70, 100],
     runs_per_motion=3,
     predicted_speed_limits=25,
+    fine_speed_limits=46,
     dense_speed_limits=41,
     relaxations_percent=[110, 150],
 )

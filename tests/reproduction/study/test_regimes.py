@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reproduction.config import ForestParams
 from reproduction.study import comparison, regimes, three_numbers
 from reproduction.study.ablations import ABLATIONS, METHODS
 from reproduction.study.config import (
@@ -37,6 +38,7 @@ def params() -> StudyParams:
             unseen_payloads_kg=[0, 10],
             unseen_training_trees=6,
             unseen_test_trees=2,
+            random_forest=ForestParams(n_estimators=100, min_samples_leaf=2, max_features=0.5),
         ),
         evaluate_robots=EvaluateRobotsParams(
             payload_share=0.5, training_trees=3, test_trees=2, measured_motions=[0, 6]
