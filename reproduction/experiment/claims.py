@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from reproduction.claims import Claim
-from reproduction.experiment.experiment import Variant
 from reproduction.experiment.results import ExperimentResults
-from reproduction.methods.methods import PREDICTOR_RUNS, PROFILING_RUNS, profiling_speed_limits
+from reproduction.methods.krc_polynomial import PROFILING_RUNS, profiling_speed_limits
+from reproduction.methods.method import Variant
+from reproduction.methods.predicted_three_segment import PREDICTOR_RUNS
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 
@@ -31,26 +32,26 @@ RANGE_TOLERANCE = 5.0  # percentage points by which the range of savings may mis
 def plan_claims(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
     """Claims about plans; those without data are left out."""
     rows = _order_of_methods(results) + _more_segments(results) + _range(results)
-    if results.variants().count(PREDICTED) and _krc_segments(results):
+    if PREDICTED in results.outcomes and _krc_segments(results):
         segments = min(_krc_segments(results))
         rows += _spread(results, segments) + _waits(results, batch, segments)
     return rows + _profiling(results, batch)
 
 
 def _krc_segments(results: ExperimentResults) -> list[int]:
-    return [variant.krc_segments for variant in results.quoted() if variant.krc_segments is not None]
+    return [variant.krc_segments for variant in results.quoted().values() if variant.krc_segments is not None]
 
 
 def _order_of_methods(results: ExperimentResults) -> list[Claim]:
     rows = []
-    for (relaxation, segments), (krc, predicted) in THESIS_SAVINGS.items():
-        if relaxation not in results.relaxations() or segments not in _krc_segments(results):
+    for (percent, segments), (krc, predicted) in THESIS_SAVINGS.items():
+        if percent not in results.cycle_times_percent or segments not in _krc_segments(results):
             continue
-        ours = results.savings_percent(PREDICTED, relaxation).mean(), _krc_saving(results, segments, relaxation)
+        ours = results.savings_percent(PREDICTED, percent).mean(), _krc_saving(results, segments, percent)
         above = predicted > krc
         rows.append(
             Claim(
-                f"at {relaxation:g} % the predicted profiles save {'more' if above else 'less'} than the polynomial "
+                f"at {percent:g} % the predicted profiles save {'more' if above else 'less'} than the polynomial "
                 f"ones with {segments} segments",
                 f"{predicted:.2f} % against {krc:.2f} %",
                 f"{ours[0]:.2f} % against {ours[1]:.2f} %",
@@ -60,22 +61,22 @@ def _order_of_methods(results: ExperimentResults) -> list[Claim]:
     return rows
 
 
-def _krc_saving(results: ExperimentResults, segments: int, relaxation: float) -> float:
-    return float(results.savings_percent(results.krc(segments), relaxation).mean())
+def _krc_saving(results: ExperimentResults, segments: int, percent: float) -> float:
+    return float(results.savings_percent(results.krc(segments), percent).mean())
 
 
 def _more_segments(results: ExperimentResults) -> list[Claim]:
     if not {4, 6} <= set(_krc_segments(results)):
         return []
     rows = []
-    for relaxation in results.relaxations():
-        if (relaxation, 6) not in THESIS_SAVINGS:
+    for percent in results.cycle_times_percent:
+        if (percent, 6) not in THESIS_SAVINGS:
             continue
-        ours = [_krc_saving(results, segments, relaxation) for segments in (4, 6)]
-        thesis = [THESIS_SAVINGS[relaxation, segments][0] for segments in (4, 6)]
+        ours = [_krc_saving(results, segments, percent) for segments in (4, 6)]
+        thesis = [THESIS_SAVINGS[percent, segments][0] for segments in (4, 6)]
         rows.append(
             Claim(
-                f"at {relaxation:g} % six segments of the polynomial profile save more than four",
+                f"at {percent:g} % six segments of the polynomial profile save more than four",
                 f"{thesis[1]:.2f} % against {thesis[0]:.2f} % (other trees)",
                 f"{ours[1]:.2f} % against {ours[0]:.2f} % (the same trees)",
                 ours[1] > ours[0],
@@ -86,10 +87,10 @@ def _more_segments(results: ExperimentResults) -> list[Claim]:
 
 def _range(results: ExperimentResults) -> list[Claim]:
     savings = []
-    for relaxation, segments in THESIS_SAVINGS:
-        if relaxation in results.relaxations() and segments in _krc_segments(results):
+    for percent, segments in THESIS_SAVINGS:
+        if percent in results.cycle_times_percent and segments in _krc_segments(results):
             for variant in (PREDICTED, results.krc(segments)):
-                published = results.published_savings_percent(variant, relaxation)
+                published = results.published_savings_percent(variant, percent)
                 if published is not None:
                     savings.append(float(published.mean()))
     if not savings:
@@ -107,17 +108,16 @@ def _range(results: ExperimentResults) -> list[Claim]:
 
 
 def _spread(results: ExperimentResults, segments: int) -> list[Claim]:
-    relaxation = min(results.relaxations())
+    percent = min(results.cycle_times_percent)
 
     def slowed(variant: Variant) -> float:
-        fastest = {cycle.tree: cycle.run.durations_s for cycle in results.of(Variant("unoptimized"), relaxation)}
-        cycles = results.of(variant, relaxation)
-        return float(np.mean([(c.run.durations_s > SLOWED * fastest[c.tree]).sum() for c in cycles]))
+        pairs = zip(results.runs(variant, percent), results.runs(Variant("unoptimized"), percent), strict=True)
+        return float(np.mean([(run.durations_s > SLOWED * fastest.durations_s).sum() for run, fastest in pairs]))
 
     ours = slowed(PREDICTED), slowed(results.krc(segments))
     return [
         Claim(
-            f"at {relaxation:g} % the predicted profiles slow down more motions than the polynomial ones",
+            f"at {percent:g} % the predicted profiles slow down more motions than the polynomial ones",
             "11 of 11 against 6 of 11 motions (Figure 6.2, one tree)",
             f"{ours[0]:.1f} against {ours[1]:.1f} motions of a tree on average",
             ours[0] > ours[1],
@@ -126,19 +126,16 @@ def _spread(results: ExperimentResults, segments: int) -> list[Claim]:
 
 
 def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[Claim]:
-    relaxation = max(results.relaxations())
+    percent = max(results.cycle_times_percent)
 
     def mid_cycle(variant: Variant) -> float:
-        return float(
-            np.mean(
-                [_mid_cycle_wait_s(c.run.prior_waits_s, c.run.post_waits_s) for c in results.of(variant, relaxation)]
-            )
-        )
+        runs = results.runs(variant, percent)
+        return float(np.mean([_mid_cycle_wait_s(run.prior_waits_s, run.post_waits_s) for run in runs]))
 
     ours = mid_cycle(PREDICTED), mid_cycle(results.krc(segments))
     return [
         Claim(
-            f"at {relaxation:g} % the predicted profiles insert longer waits in the middle of the cycle",
+            f"at {percent:g} % the predicted profiles insert longer waits in the middle of the cycle",
             "about 2 s against none; less than 1 s at the beginning (Figure 6.3, one tree)",
             f"{ours[0]:.2f} s against {ours[1]:.2f} s away from HOME on average",
             ours[0] > ours[1],
@@ -160,7 +157,7 @@ def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
                 "the polynomial is fitted to five runs whose spacing matters little (below one percentage point)",
                 "spacing not stated",
                 f"mean saving {speed:.2f} % equidistant in speed, {duration:.2f} % in duration; quoted: "
-                f"{results.quoted_spacing()}",
+                f"{results.quoted_spacing}",
                 abs(speed - duration) < 1.0,
             )
         )

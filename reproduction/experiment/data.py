@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from reproduction.experiment.experiment import Beliefs
 from reproduction.layout import Layout
+from reproduction.methods.registry import Knowledge
 from reproduction.tables import columns, read_runs, read_table
 from robojoule.arrays import Array, Index
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.profile.parameters import TARGETS
 from robojoule.profile.predictor_file import load_profile_predictor
+from robojoule.profile.sampled import sampled_profiles
 from robojoule.programs.operation_tree import OperationTree, tree_from_configurations
 from robojoule.robots.robot import Robot
 
@@ -30,16 +31,14 @@ class ExperimentData:
     """Experiment trees with everything that methods know about them.
 
     Attributes:
-        tree_ids: Identifiers, in order.
-        complexities: simple, medium or complex, one a tree.
+        complexities: simple, medium or complex, one per tree.
         batch: The trees.
-        beliefs: Measured and predicted figures of their motions.
+        knowledge: What methods know of their motions.
     """
 
-    tree_ids: tuple[str, ...]
     complexities: tuple[str, ...]
     batch: TreeBatch
-    beliefs: Beliefs
+    knowledge: Knowledge
 
 
 def read_experiment(robot: Robot, layout: Layout, predicted_speed_limits: int) -> ExperimentData:
@@ -61,7 +60,6 @@ def read_experiment(robot: Robot, layout: Layout, predicted_speed_limits: int) -
     batch = TreeBatch(robot, trees, slowest_speed_limit=float(speeds[0]))
     if not np.allclose(durations[:, -1], batch.d_min_s, rtol=1e-9, atol=0.0):
         raise InputError("the runs are not those of the experiment trees", file=layout.runs, key="duration_s")
-    saving, optimal_duration, penalty = parameters.T
     if not layout.profile_predictor.exists():
         raise InputError(
             "the folder is missing; run the stage train_profile_predictor first", file=layout.profile_predictor
@@ -70,17 +68,14 @@ def read_experiment(robot: Robot, layout: Layout, predicted_speed_limits: int) -
     # The plant of the pipeline is the entry itself: its paths are the nominal ones.
     with threadpool_limits(1):  # sums of a matrix product depend on the number of threads
         predicted = predictor.predict(batch.paths, batch.speed_limits(predicted_speed_limits))
-    beliefs = Beliefs(
-        run_speed_limits=speeds,
-        run_durations_s=durations,
-        run_energies_j=energies,
+    knowledge = Knowledge(
+        simulated=sampled_profiles(durations, energies, np.broadcast_to(speeds, durations.shape)),
+        runs_per_motion=len(speeds),
         final_power_w=_final_power_w(layout.samples_dir, ids, float(speeds[0])),
-        predicted_optimal_duration_s=optimal_duration,
-        predicted_saving_j=saving,
-        predicted_penalty_j=penalty,
+        predicted_parameters=parameters,
         predicted_profiles=predicted,
     )
-    return ExperimentData(tuple(tree.name for tree in trees), complexities, batch, beliefs)
+    return ExperimentData(complexities, batch, knowledge)
 
 
 def _read_trees(path: Path, robot: Robot) -> tuple[list[OperationTree], tuple[str, ...]]:

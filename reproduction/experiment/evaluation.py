@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -10,8 +10,14 @@ from threadpoolctl import threadpool_limits
 
 from reproduction.config import EvaluatePlansParams, RobotParams
 from reproduction.experiment.data import ExperimentData
-from reproduction.experiment.experiment import Progress, full_speed_energies_j, run_experiment, sensitivity
 from reproduction.experiment.gaps import win_rows
+from reproduction.experiment.outcomes import (
+    Outcome,
+    cycle_times_s,
+    full_speed_energies_j,
+    simulate_plans,
+    verify,
+)
 from reproduction.experiment.results import (
     ExperimentResults,
     gaps_table,
@@ -20,6 +26,10 @@ from reproduction.experiment.results import (
     table_6_1_thesis,
     table_by_tree,
 )
+from reproduction.methods.method import Method, Variant
+from reproduction.methods.optimum import Optimum
+from reproduction.methods.registry import METHODS, Knowledge
+from reproduction.methods.unoptimized import Unoptimized
 from reproduction.tables import Row
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import OperationTree
@@ -27,6 +37,7 @@ from robojoule.programs.operation_tree import OperationTree
 # Cycle times of the thesis's tables, shares of the least one. [%]
 TABLE_6_2 = (110.0, 121.0, 133.0)
 TABLE_6_3 = (150.0, 175.0, 200.0)
+Progress = Callable[[str], None]
 
 
 def evaluate(
@@ -51,14 +62,8 @@ def evaluate(
             payload: pool.submit(_with_payload, robot, settings, data.batch.trees, slowest, payload, progress)
             for payload in others
         }
-        cycles = run_experiment(data.batch, data.beliefs, settings, progress)
-        found = ExperimentResults(
-            data.tree_ids,
-            data.complexities,
-            data.batch.least_cycles_s,
-            full_speed_energies_j(data.batch),
-            tuple(cycles),
-        )
+        outcomes = run_experiment(data.batch, data.knowledge, settings, progress)
+        found = _results(data.batch, data.complexities, settings, outcomes)
         payloads = [
             row
             for payload in settings.payload_sensitivity_kg
@@ -78,11 +83,64 @@ def _with_payload(
     """Rows of the sensitivity for one payload; runs in a process of its own."""
     with threadpool_limits(1):
         batch = TreeBatch(robot.robot(payload_kg), trees, slowest)
-        cycles = tuple(sensitivity(batch, settings, progress))
-        energies = full_speed_energies_j(batch)
-    complexities = ("",) * len(trees)  # the rows do not tell trees apart
-    tree_ids = tuple(tree.name for tree in trees)
-    return payload_rows(ExperimentResults(tree_ids, complexities, batch.least_cycles_s, energies, cycles), payload_kg)
+        outcomes = plan_and_simulate(
+            batch,
+            [Unoptimized(), Optimum(settings.dense_speed_limits)],
+            settings.relaxations_percent,
+            lambda text: progress(f"{payload_kg:g} kg: {text}"),
+        )
+        complexities = ("",) * len(trees)  # the rows do not tell trees apart
+        return payload_rows(_results(batch, complexities, settings, outcomes), payload_kg)
+
+
+def _results(
+    batch: TreeBatch,
+    complexities: tuple[str, ...],
+    settings: EvaluatePlansParams,
+    outcomes: dict[Variant, Outcome],
+) -> ExperimentResults:
+    return ExperimentResults(
+        tuple(tree.name for tree in batch.trees),
+        complexities,
+        batch.least_cycles_s,
+        full_speed_energies_j(batch),
+        tuple(settings.relaxations_percent),
+        outcomes,
+    )
+
+
+def run_experiment(
+    batch: TreeBatch, known: Knowledge, settings: EvaluatePlansParams, progress: Progress
+) -> dict[Variant, Outcome]:
+    """Plan with every method of the registry, write back, simulate.
+
+    Args:
+        batch: Experiment trees.
+        known: What the pipeline's files tell methods about their motions.
+        settings: Cycle times, chords, form of the three-segment profile, density of the true profiles.
+        progress: Called with a line of text now and then.
+
+    Raises:
+        PlanningError: The solver failed, a plan is longer than its cycle time, or better than the optimum.
+    """
+    methods = [method for variants in METHODS.values() for method in variants(known, settings)]
+    outcomes = plan_and_simulate(batch, methods, settings.relaxations_percent, progress)
+    verify(outcomes, settings.relaxations_percent)
+    return outcomes
+
+
+def plan_and_simulate(
+    batch: TreeBatch, methods: Sequence[Method], cycle_times_percent: Sequence[float], progress: Progress
+) -> dict[Variant, Outcome]:
+    """Outcomes of methods, in their order, at cycle times that are shares of the least one. [%]"""
+    planned = {}
+    for method in methods:
+        planned[method.variant] = method.plan(batch, cycle_times_s(batch, cycle_times_percent))
+        spacing = f", runs equidistant in {method.variant.point_spacing}" if method.variant.point_spacing else ""
+        progress(f"{method.variant.name}{spacing}")
+    outcomes = simulate_plans(batch, list(planned.values()))
+    progress(f"{len(planned) * len(batch.trees) * len(cycle_times_percent)} plans written back and simulated")
+    return dict(zip(planned, outcomes, strict=True))
 
 
 def result_tables(found: ExperimentResults) -> dict[str, list[Row]]:

@@ -20,11 +20,11 @@ class PlanEnergies:
     """Energies of plans on the plant.
 
     Attributes:
-        relaxations_percent: R cycle times as shares of the least one. [%]
+        cycle_times_percent: R cycle times as shares of the least one. [%]
         energy_j: Method -> energies of its cycles, shape (T, R). [J]
     """
 
-    relaxations_percent: tuple[float, ...]
+    cycle_times_percent: tuple[float, ...]
     energy_j: dict[str, Array]
 
     def gaps_percent(self, method: str) -> Array:
@@ -34,7 +34,7 @@ class PlanEnergies:
 
 
 def gap_rows(plans: PlanEnergies, key: Row, groups: Iterable[int] | None = None) -> list[Row]:
-    """One row a method and relaxation.
+    """One row per method and cycle time.
 
     Args:
         plans: Energies of all methods.
@@ -42,7 +42,7 @@ def gap_rows(plans: PlanEnergies, key: Row, groups: Iterable[int] | None = None)
         groups: Group of each tree (robots); confidence intervals resample groups then, trees otherwise.
     """
     rows: list[Row] = []
-    for r, relaxation in enumerate(plans.relaxations_percent):
+    for r, percent in enumerate(plans.cycle_times_percent):
         unoptimized = plans.energy_j["unoptimized"][:, r]
         for method, energies in plans.energy_j.items():
             gap = plans.gaps_percent(method)[:, r]
@@ -51,7 +51,7 @@ def gap_rows(plans: PlanEnergies, key: Row, groups: Iterable[int] | None = None)
             rows.append(
                 key
                 | {
-                    "relaxation_percent": f"{relaxation:g}",
+                    "relaxation_percent": f"{percent:g}",
                     "method": method,
                     "gap_mean_percent": round(float(gap.mean()), 4),
                     "gap_low_percent": round(low, 4),
@@ -66,18 +66,18 @@ def gap_rows(plans: PlanEnergies, key: Row, groups: Iterable[int] | None = None)
 
 
 def win_rows(plans: PlanEnergies, key: Row) -> list[Row]:
-    """Wins and losses of each method against each other one, over trees: one row a pair and relaxation."""
+    """Wins and losses of each method against each other one, over trees: one row per pair and cycle time."""
     rows: list[Row] = []
-    for r, relaxation in enumerate(plans.relaxations_percent):
-        for method, ours in plans.energy_j.items():
+    for r, percent in enumerate(plans.cycle_times_percent):
+        for method, own in plans.energy_j.items():
             for other, theirs in plans.energy_j.items():
                 if method == other:
                     continue
-                ratio = ours[:, r] / theirs[:, r] - 1.0
+                ratio = own[:, r] / theirs[:, r] - 1.0
                 rows.append(
                     key
                     | {
-                        "relaxation_percent": f"{relaxation:g}",
+                        "relaxation_percent": f"{percent:g}",
                         "method": method,
                         "other": other,
                         "wins": int((ratio < -_TIE).sum()),

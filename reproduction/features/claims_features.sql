@@ -1,4 +1,4 @@
--- What the thesis's section 4.3 says of the features, beside what our motions show, one row a claim:
+-- What the thesis's section 4.3 says of the features, beside what the motions show, one row per claim:
 --   claim  the statement; thesis  what it says; ours  what we find; held  whether both agree
 CREATE OR REPLACE TABLE claims_features AS
 WITH r AS (

@@ -1,4 +1,4 @@
--- Correlation matrices of Figures 4.5-4.7 in long form, one row a pair of features: block (static, dynamic_1_3,
+-- Correlation matrices of Figures 4.5-4.7 in long form, one row per pair of features: block (static, dynamic_1_3,
 -- dynamic_4_6: joints 1-3 and those beyond), row_feature, column_feature, pearson. Experiment trees are left out.
 -- Rows and columns stand in the order of the features table; a feature that never varies has no correlation (null).
 -- The ordered aggregate makes the last digits independent of how the rows arrive.

@@ -1,4 +1,4 @@
--- Every feature of thesis 4.2, one row a motion: where it stands, its measured optimum, its geometry, its joints.
+-- Every feature of thesis 4.2, one row per motion: where it belongs, its simulated optimum, its geometry, its joints.
 CREATE OR REPLACE TABLE features AS
 SELECT
     motions.motion_id,

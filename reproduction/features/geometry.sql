@@ -1,4 +1,4 @@
--- What every motion is in space, one row a motion.
+-- What every motion is in space, one row per motion.
 --   theta_sum_rad          sum of all joints' travel [rad]
 --   rotation_angle_rad     angle between the tool's start and end orientation, 0..pi [rad]
 --   euclidean_distance_m   distance of the tool's end position from its start [m]

@@ -1,4 +1,4 @@
--- What is known of a motion without its energy, one row a motion: the geometry and every joint's figures side by side
+-- What is known of a motion without its energy, one row per motion: the geometry and every joint's figures side by side
 -- (columns j1_angle_difference_rad, j1_speed_difference_rad_s, ... for as many joints as the robot has).
 CREATE OR REPLACE TABLE inputs AS
 WITH joints AS (

@@ -1,4 +1,4 @@
--- How much faster every joint moves in the fastest run than in the slowest one, one row a motion and joint.
+-- How much faster every joint moves in the fastest run than in the slowest one, one row per motion and joint.
 -- On a straight joint-space path q(s) = q_start + s (q_end - q_start) every joint figure is |dq_j| times the path
 -- figure, taken along the direction of motion; decelerations and jerks are magnitudes.
 --   motion_id, joint                      motion and 'j1', 'j2', ...

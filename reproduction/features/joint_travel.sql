@@ -1,4 +1,4 @@
--- Joint travel of every motion, one row a motion and joint.
+-- Joint travel of every motion, one row per motion and joint.
 --   motion_id   motion
 --   joint       'j1', 'j2', ...; as many as the motions have joints
 --   travel_rad  |q_end - q_start| [rad]

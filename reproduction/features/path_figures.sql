@@ -1,4 +1,4 @@
--- Largest path figures of the fastest and the slowest run of every motion, one row a motion and run.
+-- Largest path figures of the fastest and the slowest run of every motion, one row per motion and run.
 --   motion_id                       motion
 --   fast                            true: the fastest run (100 %); false: the slowest one (10 %)
 --   velocity_per_s                  largest path velocity [1/s]

@@ -1,5 +1,5 @@
 -- Forward and reverse profiles of the same path compared: a tree visits its points and goes back through them, so its
--- k-th motion and its k-th last one are the same path in both directions. One row a quantity:
+-- k-th motion and its k-th last one are the same path in both directions. One row per quantity:
 --   quantity                              saving, optimal duration, penalty, fastest duration
 --   pairs                                 pairs of motions
 --   pearson                               correlation of the forward with the reverse value

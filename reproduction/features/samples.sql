@@ -1,7 +1,7 @@
 -- Joint positions, velocities, accelerations, jerks and torques of every sample, as the view `joint_samples` over the
 -- stored path coordinates: q = start + s (end - start), and torques from the Chebyshev series of data/paths.parquet;
 -- q1_rad, q1_velocity_rad_s, ... for as many joints as the motions have.
--- Needs the views `samples`, `motions` and `paths`; makes the table `joint_paths`: one row a motion, one struct a joint.
+-- Needs the views `samples`, `motions` and `paths`; makes the table `joint_paths`: one row per motion, one struct per joint.
 CREATE OR REPLACE TABLE joint_paths AS
 WITH lists AS (
     SELECT

@@ -32,7 +32,7 @@ NUMBERS = {
     "runs": ["motion_id", "speed_limit_percent", "duration_s", "energy_j"],
 }
 LABELS = {"motions": ["tree_id", "split", "order"], "samples": [], "runs": ["distinct"]}
-"""Columns beside the numbers; those of the motions say where a simulated one stands, new motions need none."""
+"""Columns beside the numbers; those of the motions say where a simulated one belongs, new motions need none."""
 _NUMBER_TYPES = {"tinyint", "smallint", "integer", "bigint", "hugeint", "float", "double"}
 _JOINT = re.compile(r"(?:start|end)_q(\d+)_rad")
 

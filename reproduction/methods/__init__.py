@@ -1,1 +1,1 @@
-"""Planning methods that are compared, one file a baseline."""
+"""Planning methods that are compared, one file per method; `registry` knows them by name."""

@@ -3,7 +3,7 @@
 Three numbers describe it: optimal duration d_opt, energy saving against the fastest run, energy penalty of the slowest
 run. With d_1 = d_opt - f_l (d_opt - d_min) and d_2 = d_opt + f_r (d_max - d_opt), a falling line runs from
 (d_min, c + saving) to (d_1, c), a constant one to (d_2, c), and a rising one to (d_max, c + penalty). The offset c
-moves the profile as a whole and changes no plan. The slope of the rising line stands for the idle power (thesis 5.1).
+moves the profile as a whole and changes no plan. The slope of the rising line is taken as the idle power (thesis 5.1).
 Eq. 5.7-5.10 as printed use the distances delta_1, delta_2 in the place of d_1, d_2; here the lines join.
 """
 

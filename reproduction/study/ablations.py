@@ -7,17 +7,19 @@ predictor        of profile and idle power; mean and random forest predict the t
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from reproduction.experiment.gaps import PlanEnergies, gap_rows
+from reproduction.methods.method import Method, Variant
 from reproduction.study.cases import PlantBatch
-from reproduction.study.plans import Costs, path_costs, three_segment_method
+from reproduction.study.methods import OnSource, hull_profiles, three_segment_method
 from reproduction.tables import Row
 from robojoule.arrays import Array
-from robojoule.planning.costs import VertexCosts
 from robojoule.profile.parameters import profile_parameters
 
-# Part -> case -> method whose plans it takes; methods of the main comparison, and those of `ablation_costs`.
+# Part -> case -> method whose plans it takes; methods of the main comparison, and those of `ablation_methods`.
 ABLATIONS = {
     "representation": {"five_runs": "krc_polynomial_6", "three_segments": "three_segments", "dense": "dense"},
     "idle_power": {"constant": "constant_idle", "slope": "slope_idle", "configuration": "dense"},
@@ -31,8 +33,8 @@ ABLATIONS = {
 METHODS = ("three_segments", "dense", "constant_idle", "slope_idle", "mean")
 
 
-def ablation_costs(batch: PlantBatch, training_mean: Array, speed_limits: int) -> dict[str, Costs]:
-    """Costs of `METHODS`.
+def ablation_methods(batch: PlantBatch, training_mean: Array, speed_limits: int) -> dict[str, Method]:
+    """The methods that only ablations need, by name.
 
     Args:
         batch: Trees on their plant.
@@ -41,34 +43,23 @@ def ablation_costs(batch: PlantBatch, training_mean: Array, speed_limits: int) -
     """
     limits = batch.speed_limits(speed_limits)
     runs = batch.paths.simulate(limits)
-    true = three_segment_method(batch, profile_parameters(runs.duration_s, runs.energy_j))
-    dense = path_costs(batch, batch.paths, limits)
-    home = [float(batch.idle_prior_w[rows.start]) for rows in batch.rows]
-    return {
-        "three_segments": _joined(true, dense),
+    true = three_segment_method(profile_parameters(runs.duration_s, runs.energy_j)).costs(batch)
+    three_segments = [cost for of_tree in true for cost in of_tree]
+    slopes = np.array([cost.idle_prior_w for cost in three_segments])
+    dense = hull_profiles(batch.paths, limits)
+    home = np.concatenate([np.full(rows.stop - rows.start, batch.idle_prior_w[rows.start]) for rows in batch.rows])
+    sources = {
+        "three_segments": replace(dense, profiles=[cost.profile for cost in three_segments]),
         "dense": dense,
-        "constant_idle": [
-            [VertexCosts(cost.profile, power, power) for cost in of_tree]
-            for of_tree, power in zip(dense, home, strict=True)
-        ],
-        "slope_idle": _joined(dense, true),
-        "mean": three_segment_method(batch, np.broadcast_to(training_mean, (len(batch.d_min_s), 3))),
+        "constant_idle": replace(dense, idle_start_w=home, idle_end_w=home),
+        "slope_idle": replace(dense, idle_start_w=slopes, idle_end_w=slopes),
     }
-
-
-def _joined(profiles: Costs, idle: Costs) -> Costs:
-    """Profiles of one with the idle power of the other."""
-    return [
-        [
-            VertexCosts(profile.profile, power.idle_prior_w, power.idle_post_w)
-            for profile, power in zip(*pair, strict=True)
-        ]
-        for pair in zip(profiles, idle, strict=True)
-    ]
+    mean = three_segment_method(np.broadcast_to(training_mean, (len(batch.d_min_s), 3)))
+    return {name: OnSource(Variant(name), source) for name, source in sources.items()} | {"mean": mean}
 
 
 def ablation_rows(plans: PlanEnergies) -> list[Row]:
-    """Gaps of every case: one row a part, case and relaxation."""
+    """Gaps of every case: one row per part, case and cycle time."""
     rows = gap_rows(plans, {})
     return [
         {"part": part, "case": case} | {name: value for name, value in row.items() if name != "method"}
@@ -82,4 +73,4 @@ def ablation_rows(plans: PlanEnergies) -> list[Row]:
 def main_methods(plans: PlanEnergies) -> PlanEnergies:
     """Plans without those that only ablations need."""
     kept = {method: energies for method, energies in plans.energy_j.items() if method not in METHODS}
-    return PlanEnergies(plans.relaxations_percent, kept)
+    return PlanEnergies(plans.cycle_times_percent, kept)

@@ -1,4 +1,4 @@
-"""Trees of a study with their plant, and what is measured on them."""
+"""Trees of a study with their plant, and what is observed on them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def draw_viscosity(plant: Plant, rng: np.random.Generator, trees: int) -> Array:
     return np.exp(plant.params.temperature_spread * rng.standard_normal(trees))
 
 
-def measure(
+def observe(
     batch: PlantBatch,
     speed_limits: ArrayLike,
     rng: np.random.Generator,
@@ -81,7 +81,7 @@ def measure(
     first_tree: int = 0,
     runs_per_motion: int | None = None,
 ) -> ObservedRuns:
-    """Measured runs and idle powers of all motions, with noise.
+    """Observed runs and idle powers of all motions, with noise.
 
     Args:
         batch: Trees on their plant.
@@ -97,5 +97,5 @@ def measure(
     energy = runs.energy_j * (1.0 + noise * rng.standard_normal(runs.energy_j.shape))
     idle = np.stack([batch.idle_prior_w, batch.idle_post_w], axis=1)
     idle = idle * (1.0 + noise * rng.standard_normal(idle.shape))
-    measured = ObservedRuns(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)
-    return measured if runs_per_motion is None else measured.thinned(runs_per_motion)
+    observed = ObservedRuns(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)
+    return observed if runs_per_motion is None else observed.thinned(runs_per_motion)

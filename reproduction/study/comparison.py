@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.profile_predictor.fit import fit_profile_predictor
-from reproduction.study.cases import PlantBatch, measure
+from reproduction.study.cases import PlantBatch, observe
 from reproduction.study.config import StudyParams
 from reproduction.study.plant import draw_plant
 from reproduction.study.regimes import plant_batch, robot_with_payload, speed_limits, streams
@@ -32,8 +32,8 @@ class Comparison:
     """Result of the cross-validation.
 
     Attributes:
-        rows: Errors: one row a model and target.
-        predictions: One row a motion and model.
+        rows: Errors: one row per model and target.
+        predictions: One row per motion and model.
         chosen: Hyperparameters that each outer fold chose, by model.
         metrics: What else is told of a model, by model.
     """
@@ -51,7 +51,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
     robot = robot_with_payload(settings.robot, settings.payload_kg, motions)
     plant = draw_plant(robot, streams(motions.seed)["plant"], params.plant)
     batch = plant_batch(robot, plant, settings.trees, motions, seeds["training_trees"], seeds["training_state"])
-    measured = measure(batch, limits, np.random.default_rng(seeds["noise"]))
+    observed = observe(batch, limits, np.random.default_rng(seeds["noise"]))
     runs = batch.paths.simulate(limits)
     truth = profile_parameters(runs.duration_s, runs.energy_j)
     order = np.random.default_rng(seeds["choice"]).permutation(settings.trees)
@@ -61,7 +61,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
     found: dict[str, Array] = {name: np.full_like(truth, np.nan) for name in (*MODELS, *PHYSICS)}
     result = Comparison(chosen={name: [] for name in MODELS})
     features = motion_features(batch.nominal_paths, batch.slowest_speed_limit)
-    noisy = profile_parameters(runs.duration_s, measured.energy_j)
+    noisy = profile_parameters(runs.duration_s, observed.energy_j)
     inside: list[NDArray[np.bool_]] = []
     gains: list[float] = []
     for held in range(settings.outer_folds):
@@ -78,7 +78,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
             )
             found[name][test] = model.predict(features[test])
             result.chosen[name].append(model.chosen)
-        used = measured.only(training).thinned(motions.runs_per_motion)
+        used = observed.only(training).thinned(motions.runs_per_motion)
         for name in ("physics_informed", "robojoule_predicted"):
             energy, hits, gain = _physics(batch, used, limits, runs.energy_j, residual=name != "physics_informed")
             found[name][test] = profile_parameters(runs.duration_s[test], energy[test])

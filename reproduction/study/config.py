@@ -23,9 +23,9 @@ class StudyMotionsParams(Document):
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass of payloads in the tool frame. [m]")
     points: int = Field(ge=1, le=20, description="Random points per tree.")
     budget_rad: tuple[float, float] = Field(description="Smallest and largest budget of joint changes. [rad]")
-    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of measured runs.")
+    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of observed runs.")
     runs_per_motion: int = Field(
-        ge=2, description="Measured runs of each motion that the physics-informed model reads."
+        ge=2, description="Observed runs of each motion that the physics-informed model reads."
     )
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     fine_speed_limits: int = Field(ge=10, description="Speed limits of the fine grid on which predictions are judged.")

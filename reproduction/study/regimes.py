@@ -9,17 +9,17 @@ import numpy as np
 
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
+from reproduction.methods.method import Method, Variant
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
-from reproduction.study.ablations import ablation_costs, ablation_rows, main_methods
-from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, measure
+from reproduction.study.ablations import ablation_methods, ablation_rows, main_methods
+from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, observe
 from reproduction.study.config import StudyMotionsParams, StudyParams
-from reproduction.study.plans import (
-    Costs,
+from reproduction.study.methods import (
+    OnSource,
     evaluate_plans,
-    path_costs,
+    hull_profiles,
     polynomial_method,
-    source_costs,
     three_segment_method,
 )
 from reproduction.study.plant import Plant, draw_plant
@@ -33,6 +33,7 @@ from robojoule.calibration.run_fit import Calibration
 from robojoule.calibration.run_model import ObservedRuns, run_parameters
 from robojoule.profile.parameters import profile_parameters
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
+from robojoule.profile.source import ProfileSource
 from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 
@@ -81,7 +82,7 @@ def plant_batch(
 
 
 def speed_limits(params: StudyMotionsParams) -> Array:
-    """Speed limits of measured runs, fractions, shape (S,)."""
+    """Speed limits of observed runs, fractions, shape (S,)."""
     return np.array(params.speed_limits_percent) / 100.0
 
 
@@ -97,7 +98,7 @@ def prediction_rows(
     motions: StudyMotionsParams,
     key: Row,
 ) -> None:
-    """Errors of predictors, nominal physics and the oracle, at the measured speed limits and on a fine grid."""
+    """Errors of predictors, nominal physics and the oracle, at the observed speed limits and on a fine grid."""
     grids = {"measured": speed_limits(motions), "fine": batch.speed_limits(motions.fine_speed_limits)}
     for grid, at in grids.items():
         runs = batch.paths.simulate(at)
@@ -143,9 +144,9 @@ def plan_rows(tables: RegimeTables, plans: PlanEnergies, key: Row) -> None:
     tables.wins.extend(win_rows(plans, key))
     for method, energies in plans.energy_j.items():
         for tree, row in enumerate(energies.tolist()):
-            for relaxation, energy in zip(plans.relaxations_percent, row, strict=True):
+            for percent, energy in zip(plans.cycle_times_percent, row, strict=True):
                 tables.plans.append(
-                    key | {"tree": tree, "relaxation_percent": relaxation, "method": method, "energy_j": energy}
+                    key | {"tree": tree, "relaxation_percent": percent, "method": method, "energy_j": energy}
                 )
 
 
@@ -153,32 +154,32 @@ def joined(parts: Sequence[PlanEnergies]) -> PlanEnergies:
     """Plans of several batches as one."""
     names = parts[0].energy_j
     return PlanEnergies(
-        parts[0].relaxations_percent, {name: np.concatenate([part.energy_j[name] for part in parts]) for name in names}
+        parts[0].cycle_times_percent, {name: np.concatenate([part.energy_j[name] for part in parts]) for name in names}
     )
 
 
-def physics_costs(
+def physics_methods(
     batch: PlantBatch, predictors: dict[str, ProfilePredictor], params: StudyMotionsParams, *, cautious: bool = False
-) -> dict[str, Costs]:
-    """Costs by predictors, nominal physics and the oracle."""
+) -> dict[str, Method]:
+    """Planning on the profiles of predictors, of nominal physics and of the oracle, by name."""
     limits = batch.speed_limits(params.predicted_speed_limits)
-    costs = {
-        "nominal_physics": path_costs(batch, batch.nominal_paths, limits),
-        "oracle": path_costs(batch, batch.oracle_paths, limits),
+    sources: dict[str, ProfileSource] = {
+        "nominal_physics": hull_profiles(batch.nominal_paths, limits),
+        "oracle": hull_profiles(batch.oracle_paths, limits),
     }
     for name, predictor in predictors.items():
         predicted = predictor.predict(batch.nominal_paths, limits)
-        costs[name] = source_costs(batch, predicted)
+        sources[name] = predicted
         if cautious:
-            costs[f"{name}_cautious"] = source_costs(batch, predicted.cautious())
-    return costs
+            sources[f"{name}_cautious"] = predicted.cautious()
+    return {name: OnSource(Variant(name), source) for name, source in sources.items()}
 
 
 def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
-    """Regime (a): trees never seen of a robot whose plant was measured; several payloads, all of them trained on."""
+    """Regime (a): trees never seen of a robot whose plant was observed; several payloads, all of them trained on."""
     settings, motions = params.evaluate_motions, params.motions
     limits = speed_limits(motions)
-    tables, measured, learned, means = RegimeTables(), [], [], []
+    tables, observed, learned, means = RegimeTables(), [], [], []
     plants_seed = streams(motions.seed)["plant"]
     plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), plants_seed, params.plant)
     for place, payload in enumerate(settings.payloads_kg):
@@ -187,11 +188,11 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         batch = plant_batch(
             robot, plant, settings.training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
-        full = measure(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
-        measured.append(full.thinned(motions.runs_per_motion))
+        full = observe(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
+        observed.append(full.thinned(motions.runs_per_motion))
         learned.append(_thesis_forest(batch, full, settings.random_forest))
-        means.append(_measured_parameters(batch, full).mean(axis=0))
-    predictor = fit_profile_predictor(robot, measured)
+        means.append(_observed_parameters(batch, full).mean(axis=0))
+    predictor = fit_profile_predictor(robot, observed)
     progress(f"same robot: fitted, noise {predictor.calibration.noise:.4f}")
     plans = []
     for place, payload in enumerate(settings.payloads_kg):
@@ -200,13 +201,13 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
         batch = plant_batch(robot, plant, settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
-        costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
-        costs |= {
+        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
+        methods |= {
             "krc_polynomial_6": polynomial_method(batch, 6),
-            "predicted_three_segment": three_segment_method(batch, learned[place](batch)),
+            "predicted_three_segment": three_segment_method(learned[place](batch)),
         }
-        costs |= ablation_costs(batch, means[place], motions.dense_speed_limits)
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods |= ablation_methods(batch, means[place], motions.dense_speed_limits)
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         plan_rows(tables, main_methods(plans[-1]), key)
         progress(f"same robot: {payload:g} kg planned")
     together: Row = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
@@ -218,17 +219,17 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     return tables
 
 
-def _thesis_forest(batch: PlantBatch, measured: ObservedRuns, params: ForestParams) -> Callable[[PlantBatch], Array]:
+def _thesis_forest(batch: PlantBatch, observed: ObservedRuns, params: ForestParams) -> Callable[[PlantBatch], Array]:
     """The thesis's predictor, a random forest on its features, trained on noisy runs."""
     slowest = batch.slowest_speed_limit
     forest = estimators.random_forest(params, seed=1)
-    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _measured_parameters(batch, measured))
+    estimators.fit(forest, motion_features(batch.nominal_paths, slowest), _observed_parameters(batch, observed))
     return lambda other: np.asarray(forest.predict(motion_features(other.nominal_paths, slowest)))
 
 
-def _measured_parameters(batch: PlantBatch, measured: ObservedRuns) -> Array:
+def _observed_parameters(batch: PlantBatch, observed: ObservedRuns) -> Array:
     """Saving [J], optimal duration [s] and penalty [J] of noisy runs, shape (M, 3)."""
-    return profile_parameters(batch.paths.durations(measured.speed_limits), measured.energy_j)
+    return profile_parameters(batch.paths.durations(observed.speed_limits), observed.energy_j)
 
 
 def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
@@ -238,23 +239,23 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
     plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), streams(motions.seed)["plant"], params.plant)
     payloads = settings.unseen_payloads_kg
     robots = [robot_with_payload(settings.robot, payload, motions) for payload in payloads]
-    measured = []
+    observed = []
     for place, robot in enumerate(robots):
         seeds = streams(motions.seed, 2, place)
         batch = plant_batch(
             robot, plant, settings.unseen_training_trees, motions, seeds["training_trees"], seeds["training_state"]
         )
         rng = np.random.default_rng(seeds["noise"])
-        measured.append(measure(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
+        observed.append(observe(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
     plans = []
     for place, (robot, payload) in enumerate(zip(robots, payloads, strict=True)):
         seeds = streams(motions.seed, 2, place)
-        predictor = fit_profile_predictor(robot, [m for other, m in enumerate(measured) if other != place])
+        predictor = fit_profile_predictor(robot, [m for other, m in enumerate(observed) if other != place])
         batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
         prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
-        costs = physics_costs(batch, {"robojoule_predicted": predictor}, motions)
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions)
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         plan_rows(tables, plans[-1], key)
         progress(f"unseen payload: {payload:g} kg left out and planned")
     together: Row = {"regime": "unseen_payload", "robot": settings.robot, "payload_kg": "all"}
@@ -263,7 +264,7 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
 
 
 def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] | None = None) -> RegimeTables:
-    """Regime (c): every robot of the catalog once left out, then a few of its motions measured."""
+    """Regime (c): every robot of the catalog once left out, then a few of its motions observed."""
     settings, motions = params.evaluate_robots, params.motions
     limits, tables = speed_limits(motions), RegimeTables()
     names = list(names or list_robots())
@@ -280,10 +281,10 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
         )
         rng = np.random.default_rng(seeds["noise"])
         predictor = fit_profile_predictor(
-            robot, [measure(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
+            robot, [observe(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
         )
         known[name] = (run_parameters(robot.drives, predictor.directions), predictor.calibration)
-        progress(f"unseen robot: {name} measured")
+        progress(f"unseen robot: {name} observed")
     plans, groups, errors = [], [], RegimeTables()
     for place, name in enumerate(names):
         robot, seeds = robots[name], streams(motions.seed, 4, place)
@@ -297,7 +298,7 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
             seeds["training_trees"],
             seeds["training_state"],
         )
-        full = measure(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
+        full = observe(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
         outward = np.arange(len(full.tree)) % (2 * motions.points) < motions.points  # the way back is the same line
         chosen = np.flatnonzero(outward)
         predictors = {}
@@ -309,8 +310,8 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
         batch = plant_batch(robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
         key: Row = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
         prediction_rows(errors, batch, predictors, motions, key)
-        costs = physics_costs(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
-        plans.append(evaluate_plans(batch, costs, motions.relaxations_percent, motions.dense_speed_limits))
+        methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
+        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
         groups += [place] * settings.test_trees
         plan_rows(tables, plans[-1], key)
         progress(f"unseen robot: {name} left out and planned")

@@ -11,7 +11,7 @@ from robojoule.profile.parameters import TARGETS
 
 
 def parameter_rows(predicted: Array, truth: Array, key: Row) -> list[Row]:
-    """Relative errors of the three parameters: one row a target.
+    """Relative errors of the three parameters: one row per target.
 
     Args:
         predicted: Shape (M, 3).
@@ -33,7 +33,7 @@ def parameter_rows(predicted: Array, truth: Array, key: Row) -> list[Row]:
 
 
 def median_rows(errors: list[Row]) -> list[Row]:
-    """Medians and quartiles over robots of each robot's median error: one row a model, grid and target."""
+    """Medians and quartiles over robots of each robot's median error: one row per model, grid and target."""
     keys = list(dict.fromkeys((row["model"], row["grid"], row["target"]) for row in errors))
     rows: list[Row] = []
     for key in keys:

@@ -12,7 +12,7 @@ ERROR_TARGETS = {"energy_saving_j": 3.0, "optimal_duration_s": 1.5, "energy_pena
 THESIS_ERRORS = {"energy_saving_j": 10.4, "optimal_duration_s": 4.5, "energy_penalty_j": 4.8}
 ORACLE_FACTOR = 1.5  # an error within this of the oracle's counts as reached: nobody knows the hidden state
 GAP_TARGETS = {"same_robot": 0.5, "unseen_payload": 1.0}  # mean gap to the optimum [%]
-OURS = "robojoule_predicted"
+PREDICTED = "robojoule_predicted"
 RIVALS = ("krc_polynomial_6", "predicted_three_segment")
 
 
@@ -34,28 +34,36 @@ def target_rows(
     known = [row for row in motions_errors if row["regime"] == "same_robot"]
     for payload in dict.fromkeys(str(row["payload_kg"]) for row in known):
         part = [row for row in known if str(row["payload_kg"]) == payload]
-        rows += _errors(part, "rel_p50_percent", OURS, "a", f"{payload} kg")
+        rows += _errors(part, "rel_p50_percent", PREDICTED, "a", f"{payload} kg")
     whole = [row for row in motions_gaps if row["payload_kg"] == "all"]
     for regime, name in (("same_robot", "a"), ("unseen_payload", "b")):
         gaps = _gaps([row for row in whole if row["regime"] == regime])
-        for relaxation, found in gaps.items():
-            rows.append(_row(name, "mean gap", relaxation, found[OURS], GAP_TARGETS[regime]))
+        for cycle_time, found in gaps.items():
+            rows.append(_row(name, "mean gap", cycle_time, found[PREDICTED], GAP_TARGETS[regime]))
             if regime == "same_robot":
-                rows += [_row(name, f"gap of {rival}", relaxation, found[OURS], found[rival]) for rival in RIVALS]
-    above = [float(str(row["above_unoptimized_percent"])) for row in whole if row["method"] == OURS]
+                rows += [_row(name, f"gap of {rival}", cycle_time, found[PREDICTED], found[rival]) for rival in RIVALS]
+    above = [float(str(row["above_unoptimized_percent"])) for row in whole if row["method"] == PREDICTED]
     rows.append(_row("a, b", "trees above unoptimized", "all", max(above), 0.0))
-    for relaxation, found in _gaps(robots_gaps).items():
+    for cycle_time, found in _gaps(robots_gaps).items():
         rows.append(
-            _row("c, 0 motions", "gap of nominal physics", relaxation, found[f"{OURS}_0"], found["nominal_physics"])
+            _row(
+                "c, 0 motions", "gap of nominal physics", cycle_time, found[f"{PREDICTED}_0"], found["nominal_physics"]
+            )
         )
-        rows.append(_row("c, 50 motions", "mean gap", relaxation, found[f"{OURS}_50"], GAP_TARGETS["same_robot"]))
+        rows.append(_row("c, 50 motions", "mean gap", cycle_time, found[f"{PREDICTED}_50"], GAP_TARGETS["same_robot"]))
         rows.append(
-            _row("c, 50 motions", "gap of krc_polynomial_6", relaxation, found[f"{OURS}_50"], found["krc_polynomial_6"])
+            _row(
+                "c, 50 motions",
+                "gap of krc_polynomial_6",
+                cycle_time,
+                found[f"{PREDICTED}_50"],
+                found["krc_polynomial_6"],
+            )
         )
     for target, limit in THESIS_ERRORS.items():
-        value = _error(robots_errors, "rel_p50_median_percent", f"{OURS}_0", "fine", target)
+        value = _error(robots_errors, "rel_p50_median_percent", f"{PREDICTED}_0", "fine", target)
         rows.append(_row("c, 0 motions", f"thesis's median error of {target} (an aim)", "fine", value, limit))
-    return rows + _errors(robots_errors, "rel_p50_median_percent", f"{OURS}_50", "c, 50 motions", "all robots")
+    return rows + _errors(robots_errors, "rel_p50_median_percent", f"{PREDICTED}_50", "c, 50 motions", "all robots")
 
 
 def _errors(table: Sequence[Mapping[str, object]], column: str, model: str, regime: str, case: str) -> list[Row]:
@@ -75,7 +83,7 @@ def _error(table: Sequence[Mapping[str, object]], column: str, model: str, grid:
 
 
 def _gaps(table: Sequence[Mapping[str, object]]) -> dict[str, dict[str, float]]:
-    """Relaxation -> method -> mean gap."""
+    """Cycle time -> method -> mean gap."""
     gaps: dict[str, dict[str, float]] = {}
     for row in table:
         gaps.setdefault(f"{float(str(row['relaxation_percent'])):g} %", {})[str(row["method"])] = float(

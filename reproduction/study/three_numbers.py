@@ -1,4 +1,4 @@
-"""Predictors of three numbers a motion, to stand beside the physics-informed one: the thesis's features, usual models.
+"""Predictors of three numbers per motion, beside the physics-informed one: the thesis's features, usual models.
 
 Hyperparameters are chosen by cross-validation by tree inside the training trees (the inner loop of a nested
 cross-validation).

@@ -141,7 +141,7 @@ def generate_configurations(
         collisions: Its collision model.
         seed: Seed of all trees.
         budgets_rad: Budget of each tree, shape (T,). [rad]
-        points: Random points a tree.
+        points: Random points per tree.
         use_whole_budget: See `draw_point`.
 
     Yields:

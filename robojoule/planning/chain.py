@@ -43,10 +43,9 @@ def chain_plans(
     """
     times = np.asarray(cycle_times_s, dtype=float)
     if len(graph.robots) != 1 or not all(cost.profile.is_convex for cost in costs):
-        from robojoule.planning.solver import PlanSolver  # late: brings Pyomo
+        from robojoule.planning.solver import model_plans  # late: brings Pyomo
 
-        solver = PlanSolver(graph, costs, preference_w=preference_w, relative_gap=relative_gap)
-        return [solver.solve(float(time)) for time in times]
+        return model_plans(graph, costs, times, preference_w, relative_gap=relative_gap)
     preferred = [
         replace(c, idle_prior_w=c.idle_prior_w - preference_w, idle_post_w=c.idle_post_w - preference_w) for c in costs
     ]

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from robojoule.errors import InputError
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
@@ -24,6 +27,14 @@ class VertexCosts:
     profile: PiecewiseLinearProfile
     idle_prior_w: float
     idle_post_w: float
+
+
+def joined_costs(
+    profiles: Sequence[PiecewiseLinearProfile], idle_prior_w: ArrayLike, idle_post_w: ArrayLike
+) -> list[VertexCosts]:
+    """Costs of vertices by their profiles, V of them, and the idle power at their start and end, shape (V,). [W]"""
+    prior, post = np.asarray(idle_prior_w, dtype=float).tolist(), np.asarray(idle_post_w, dtype=float).tolist()
+    return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
 
 
 def check_costs(graph: OptimizationGraph, costs: Sequence[VertexCosts]) -> None:

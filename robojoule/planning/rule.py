@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robojoule.arrays import Array
 from robojoule.errors import InputError
+from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule, check_cycle_time
 
@@ -32,3 +34,17 @@ def rule_plan(graph: OptimizationGraph, durations_s: ArrayLike, cycle_time_s: fl
     ends = np.cumsum(prior + durations + post)
     starts = ends - post - durations
     return Schedule("rule", cycle_time_s, durations, prior, post, np.zeros_like(post), starts)
+
+
+def rule_plans(batch: TreeBatch, durations_s: Array, cycle_times_s: Array) -> list[list[Schedule]]:
+    """R plans for each tree of a batch; see `rule_plan`.
+
+    Args:
+        batch: Trees.
+        durations_s: Durations of the motions, shape (M, R). [s]
+        cycle_times_s: Cycle times of each tree, shape (T, R). [s]
+    """
+    return [
+        [rule_plan(graph, durations_s[rows, r], float(time)) for r, time in enumerate(row)]
+        for graph, rows, row in zip(batch.graphs, batch.rows, cycle_times_s, strict=True)
+    ]

@@ -128,6 +128,19 @@ class PlanSolver:
         return replace(plan, energy_j=plan_energy_j(self.costs, plan), bound_j=plan.bound_j - preference)
 
 
+def model_plans(
+    graph: OptimizationGraph,
+    costs: Sequence[VertexCosts],
+    cycle_times_s: Array,
+    preference_w: float = 0.0,
+    *,
+    relative_gap: float = RELATIVE_GAP,
+) -> list[Schedule]:
+    """Plans of one graph for R cycle times [s] by one loaded model; see `PlanSolver`."""
+    solver = PlanSolver(graph, costs, preference_w=preference_w, relative_gap=relative_gap)
+    return [solver.solve(float(time)) for time in cycle_times_s]
+
+
 def _new_solver(relative_gap: float) -> Any:
     solver: Any = SolverFactory("highs")
     config = solver.config

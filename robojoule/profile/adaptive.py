@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from robojoule.arrays import Array
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.enclosure import Enclosure, enclose
-from robojoule.profile.sampled import SampledProfile, sampled_profile
+from robojoule.profile.sampled import sampled_profiles
 
 LEAST_SPACING_S = 1e-6  # runs nearer to each other than this would have steep chords of pure noise
 MAX_ROUNDS = 40
@@ -33,24 +33,23 @@ class AdaptiveProfiles:
     Args:
         paths: The motions.
         slowest_speed_limit: Speed limit of the slowest run, a fraction in (0, 1].
+        first_runs: Number of runs at equidistant speed limits to begin with; a few where the curve bends if not given.
 
     Attributes:
         profiles: Runs of each motion so far.
         runs: Number of simulated runs of each motion so far, shape (M,).
     """
 
-    def __init__(self, paths: MotionPaths, slowest_speed_limit: float) -> None:
+    def __init__(self, paths: MotionPaths, slowest_speed_limit: float, first_runs: int | None = None) -> None:
         self.paths = paths
         self.slowest_speed_limit = slowest_speed_limit
+        shares = _FIRST_SHARES if first_runs is None else np.linspace(0.0, 1.0, first_runs)
         top = np.maximum(paths.fastest_speed_limits(), slowest_speed_limit)[:, np.newaxis]
-        limits = np.clip(top + _FIRST_SHARES * (slowest_speed_limit - top), slowest_speed_limit, 1.0)
+        limits = np.clip(top + shares * (slowest_speed_limit - top), slowest_speed_limit, 1.0)
         limits[:, -1] = slowest_speed_limit
         limits[~paths.moving] = 1.0
         runs = paths.simulate(limits)
-        self.profiles: list[SampledProfile] = [
-            sampled_profile(d, e, p, LEAST_SPACING_S)
-            for d, e, p in zip(runs.duration_s, runs.energy_j, limits, strict=True)
-        ]
+        self.profiles = sampled_profiles(runs.duration_s, runs.energy_j, limits, LEAST_SPACING_S)
         self.runs: NDArray[np.intp] = np.array([np.unique(row).size for row in limits])
 
     @property
@@ -127,7 +126,7 @@ class AdaptiveProfiles:
         return motions
 
     def _limits_near(self, motion: int, durations_s: Array) -> Array:
-        """Speed limits of new runs, one a segment that is asked for."""
+        """Speed limits of new runs, one per segment that is asked for."""
         known = self.profiles[motion]
         d, p = known.durations_s, known.speed_limits
         segments = np.clip(np.searchsorted(d, durations_s, side="right") - 1, 0, max(d.size - 2, 0))

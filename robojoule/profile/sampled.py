@@ -105,3 +105,11 @@ def sampled_profile(
     keep = np.flatnonzero(d < shortest_before - spacing_s)[::-1]
     keep[0] = np.argmin(d)  # the fastest run itself, not one that is nearly as fast
     return SampledProfile(d[keep], e[keep], p[keep])
+
+
+def sampled_profiles(
+    durations_s: Array, energies_j: Array, speed_limits: Array, spacing_s: float = SAME_DURATION_S
+) -> list[SampledProfile]:
+    """Profiles of M motions; all arrays have shape (M, S), see `sampled_profile`."""
+    rows = zip(durations_s, energies_j, speed_limits, strict=True)
+    return [sampled_profile(d, e, p, spacing_s) for d, e, p in rows]

@@ -7,14 +7,13 @@ from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts
 from robojoule.planning.graph import OptimizationGraph
-from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve, trade_offs
 from robojoule.planning.solver import PlanSolver
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 from tests.planning.cases import analytic, costs_of, one_robot, ring
-from tests.planning.trees import busy_tree, tree
+from tests.planning.trees import busy_tree, dense_plans, tree
 
 IDLE_W = [430.0, 415.0, 440.0, 425.0, 460.0]
 
@@ -121,7 +120,7 @@ def batch():
 
 def test_trees_are_enclosed_by_curve_and_bound(batch):
     times = batch.least_cycles_s[:, None] * np.array([1.05, 1.3, 2.0, 4.0])
-    best = optimal_plans(batch, times, speed_limits=61)
+    best = dense_plans(batch, times, 181)
     for number, found in enumerate(trade_offs(batch)):
         assert found.curve.cycle_times_s[0] == pytest.approx(batch.least_cycles_s[number])
         assert 0.0 < found.largest_gap < 1e-3

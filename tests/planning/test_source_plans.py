@@ -6,7 +6,6 @@ import pytest
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.graph import process_energy_j
-from robojoule.planning.optimum import optimal_plans
 from robojoule.planning.pareto import pareto_curve
 from robojoule.planning.source_plans import RELATIVE_GAP, plan_on_source
 from robojoule.planning.writeback import write_plans
@@ -15,7 +14,7 @@ from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.sampled import sampled_profile
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
-from tests.planning.trees import busy_tree, tree
+from tests.planning.trees import busy_tree, dense_plans, tree
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def test_plans_from_few_runs_are_near_the_optimum(batch):
     times = batch.least_cycles_s[:, None] * np.array([1.0, 1.1, 1.5, 2.0])
     source = profiles(batch)
     found = plan_on_source(source, batch, times).plans
-    best = optimal_plans(batch, times, speed_limits=61)
+    best = dense_plans(batch, times, 181)
     for runs, plans, optimum in zip(simulate_trees(batch, write_plans(batch, found)), found, best, strict=True):
         for run, plan, least in zip(runs, plans, optimum, strict=True):
             assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-6)

@@ -5,8 +5,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from reproduction.methods.polynomial_profile import fit_polynomial
-from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segment_profile
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.sampled import sampled_profile
 
@@ -123,74 +121,3 @@ class TestMeasured:
             sampled_profile([1.0, 2.0], [1.0], [0.5, 1.0])
         with pytest.raises(ValueError, match="finite"):
             sampled_profile([1.0, np.nan], [1.0, 2.0], [0.5, 1.0])
-
-
-class TestPolynomial:
-    TRUE = np.array([5.0, 300.0, 120.0, 410.0])
-
-    def energy(self, d):
-        return self.TRUE[0] / d**2 + self.TRUE[1] / d + self.TRUE[2] + self.TRUE[3] * d
-
-    @pytest.mark.parametrize("scale", [1.0, 0.02, 40.0], ids=["seconds", "short", "long"])
-    def test_a_polynomial_is_found_again(self, scale):
-        d = scale * np.array([0.6, 0.8, 1.1, 1.9, 3.7])
-        profile = fit_polynomial(d, self.energy(d))
-        assert profile.value(d) == pytest.approx(self.energy(d), rel=1e-10)
-        assert profile.coefficients == pytest.approx(self.TRUE, rel=1e-5)
-
-    def test_least_squares_leave_a_residual_orthogonal_to_the_powers(self):
-        d = np.array([0.6, 0.8, 1.1, 1.9, 3.7])
-        e = np.array([1000.0, 900.0, 950.0, 1200.0, 1500.0])
-        residual = fit_polynomial(d, e).value(d) - e
-        assert np.abs(residual).max() > 1.0
-        for power in (-2, -1, 0, 1):
-            assert residual @ d**power == pytest.approx(0.0, abs=1e-6)
-
-    def test_chords_meet_the_polynomial_at_equidistant_durations(self):
-        d = np.array([0.6, 0.8, 1.1, 1.9, 3.6])
-        chords = fit_polynomial(d, self.energy(d)).chords(4)
-        assert chords.durations_s == pytest.approx([0.6, 1.35, 2.1, 2.85, 3.6])
-        assert chords.energies_j == pytest.approx(self.energy(chords.durations_s))
-
-    def test_too_few_runs_are_refused(self):
-        with pytest.raises(ValueError, match="four distinct"):
-            fit_polynomial([1.0, 2.0, 3.0, 3.0], [1.0, 2.0, 3.0, 3.0])
-        with pytest.raises(ValueError, match="positive"):
-            fit_polynomial([0.0, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 3.0])
-
-
-class TestThreeSegments:
-    def test_lines_run_through_the_corners(self):
-        profile, idle = three_segment_profile(0.6, 1.0, 3.5, saving_j=200.0, penalty_j=960.0)
-        assert profile.durations_s == pytest.approx([0.6, 1.0 - 0.4 * 0.4, 1.0 + 0.04 * 2.5, 3.5])
-        assert profile.energies_j == pytest.approx([250.0, 50.0, 50.0, 1010.0])
-        assert idle == pytest.approx(960.0 / 2.4) == profile.slopes_w[-1]
-
-    def test_the_offset_moves_the_profile_and_not_its_slopes(self):
-        low, _ = three_segment_profile(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=1.0))
-        high, _ = three_segment_profile(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=500.0))
-        assert low.slopes_w == pytest.approx(high.slopes_w)
-
-    @pytest.mark.parametrize(
-        ("arguments", "corners", "idle"),
-        [
-            ((0.6, 0.6, 3.5, 0.0, 900.0), 3, 900.0 / (2.9 * 0.96)),
-            ((0.6, 0.5, 3.5, -5.0, 900.0), 3, 900.0 / (2.9 * 0.96)),
-            ((0.6, 0.6 + 1e-12, 3.5, 80.0, 900.0), 3, 900.0 / (2.9 * 0.96)),
-            ((0.6, 4.0, 3.5, 100.0, 10.0), 3, 0.0),
-            ((0.0, 0.0, 0.0, 0.0, 0.0), 1, 0.0),
-        ],
-        ids=["optimum at full speed", "before full speed", "a rounding after it", "after the slowest", "zero length"],
-    )
-    def test_hard_predictions(self, arguments, corners, idle):
-        profile, slope = three_segment_profile(*arguments)
-        assert profile.durations_s.size == corners
-        assert (profile.d_min_s, profile.d_max_s) == (arguments[0], arguments[2])
-        assert profile.is_convex
-        assert slope == pytest.approx(idle)
-
-    def test_predictions_that_are_no_numbers_are_refused(self):
-        with pytest.raises(ValueError, match="finite"):
-            three_segment_profile(0.6, np.nan, 3.5, 1.0, 1.0)
-        with pytest.raises(ValueError, match="d_min <= d_max"):
-            three_segment_profile(0.6, 0.6, 0.5, 1.0, 1.0)

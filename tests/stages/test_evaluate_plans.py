@@ -214,18 +214,19 @@ def test_metrics_are_those_of_the_table(done):
     assert set(metrics["krc_polynomial"]) == {"110", "200", "runs_per_motion"}
 
 
-def test_beliefs_come_from_the_right_rows(done):
+def test_what_methods_know_comes_from_the_right_rows(done):
     params, layout = done
     data = read(params, layout)
     motions = pq.read_table(layout.motions, filters=[("split", "==", "experiment")])
-    assert data.beliefs.predicted_saving_j == pytest.approx(
-        data.beliefs.run_energies_j[:, -1] - data.beliefs.run_energies_j.min(axis=1)
-    )
+    known = data.knowledge
+    found = [(one.saving_j, one.durations_s[one.optimum], one.penalty_j) for one in known.simulated]
+    assert known.predicted_parameters == pytest.approx(np.array(found))
+    assert known.runs_per_motion == len(PARAMS["simulate_motions"]["speed_limits_percent"])
     samples = data.batch.paths.sample(5, 0.1, 250.0)
     final = samples.time_s >= samples.time_s[-1] - FINAL_POWER_WINDOW_S
-    assert data.beliefs.final_power_w[5] == pytest.approx(samples.power_w[final].mean(), rel=1e-3)
+    assert known.final_power_w[5] == pytest.approx(samples.power_w[final].mean(), rel=1e-3)
     assert data.batch.idle_post_w == pytest.approx(motions["idle_power_end_w"].to_numpy())
-    assert data.batch.d_min_s == pytest.approx(data.beliefs.run_durations_s[:, -1], rel=1e-9)
+    assert data.batch.d_min_s == pytest.approx([one.durations_s[0] for one in known.simulated], rel=1e-9)
 
 
 def read(params, layout):

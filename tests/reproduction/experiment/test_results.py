@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from reproduction.experiment.claims import plan_claims
-from reproduction.experiment.experiment import PlannedCycle, Variant, verify
+from reproduction.experiment.outcomes import Outcome, verify
 from reproduction.experiment.results import (
+    COMPLEXITIES,
     ExperimentResults,
     metrics,
     payload_rows,
@@ -16,6 +17,7 @@ from reproduction.experiment.results import (
     table_6_1_thesis,
     table_by_tree,
 )
+from reproduction.methods.method import MethodPlans, Variant
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun
@@ -32,40 +34,52 @@ VARIANTS = {
     Variant("predicted_three_segment"): 750.0,
     Variant("optimum"): 700.0,
 }
-RELAXATIONS = (110.0, 121.0, 133.0, 150.0, 175.0, 200.0)
+CYCLE_TIMES_PERCENT = (110.0, 121.0, 133.0, 150.0, 175.0, 200.0)
 
 
-def cycle(number, relaxation, variant, energy_j, cycle_s=2.2):
-    waits = np.zeros(3)
-    plan = Schedule("optimal", cycle_s, np.full(3, 0.7), waits, waits, waits, waits, energy_j, energy_j - 0.01)
+def cycle(energy_j, motions=3, cycle_s=2.2):
+    """A plan and its run."""
+    waits, durations = np.zeros(motions), np.full(motions, 0.7)
+    plan = Schedule("optimal", cycle_s, durations, waits, waits, waits, waits, energy_j, energy_j - 0.01)
     run = CycleRun(
-        names=("a", "b", "c"),
-        speed_limits=np.full(3, 0.5),
-        durations_s=np.full(3, 0.7),
+        names=tuple(f"move-{number}" for number in range(motions)),
+        speed_limits=np.full(motions, 0.5),
+        durations_s=durations,
         prior_waits_s=waits,
-        post_waits_s=np.array([0.0, 0.0, 0.1]),
-        vertex_energies_j=np.full(3, energy_j / 3),
-        peak_powers_w=np.full(3, 2000.0),
-        peak_torque_ratios=np.full(3, 0.9),
+        post_waits_s=np.append(waits[1:], cycle_s - 0.7 * motions),
+        vertex_energies_j=np.full(motions, energy_j / motions),
+        peak_powers_w=np.full(motions, 2000.0),
+        peak_torque_ratios=np.full(motions, 0.9),
         energy_j=energy_j,
         cycle_time_s=cycle_s,
         peak_power_w=2000.0,
     )
-    return PlannedCycle(number, relaxation, variant, plan, run, None)
+    return plan, run
+
+
+def outcome(energies_j, **others):
+    """Outcome of a method from its energies, R for each tree."""
+    cycles = [[cycle(energy, **others) for energy in of_tree] for of_tree in energies_j]
+    plans, runs = ([[pair[k] for pair in of_tree] for of_tree in cycles] for k in (0, 1))
+    return Outcome(MethodPlans(plans), runs)
+
+
+def results_of(variants, trees, cycle_times_percent, **others):
+    """Tree t takes (1 + t / 10) times the energies of the variants; 10 % more at each further cycle time."""
+    growth = (1 + np.arange(trees) / 10)[:, None] * (1 + np.arange(len(cycle_times_percent)) / 10)
+    return ExperimentResults(
+        tuple(f"experiment-{t + 1:02d}" for t in range(trees)),
+        tuple(COMPLEXITIES[3 * t // trees] for t in range(trees)),
+        np.full(trees, 2.0),
+        np.full(trees, 950.0),
+        cycle_times_percent,
+        {variant: outcome((energy * growth).tolist(), **others) for variant, energy in variants.items()},
+    )
 
 
 @pytest.fixture(scope="module")
 def results():
-    """Nine trees; tree t takes (1 + t / 10) times the energies above; 10 % more at each further relaxation."""
-    cycles = [
-        cycle(t, relaxation, variant, energy * (1 + t / 10) * (1 + place / 10))
-        for t in range(9)
-        for place, relaxation in enumerate(RELAXATIONS)
-        for variant, energy in VARIANTS.items()
-    ]
-    kinds = ("simple",) * 3 + ("medium",) * 3 + ("complex",) * 3
-    ids = tuple(f"experiment-{t + 1:02d}" for t in range(9))
-    return ExperimentResults(ids, kinds, np.full(9, 2.0), np.full(9, 950.0), tuple(cycles))
+    return results_of(VARIANTS, 9, CYCLE_TIMES_PERCENT)
 
 
 def test_savings_and_gaps_are_means_of_each_trees_share(results):
@@ -87,8 +101,8 @@ def test_the_published_convention_accumulates_waits_at_430_w(results):
 
 
 def test_the_better_spacing_of_profiling_runs_is_quoted(results):
-    assert results.quoted_spacing() == "duration"
-    assert Variant("krc_polynomial", 4, "speed") not in results.quoted()
+    assert results.quoted_spacing == "duration"
+    assert results.quoted()["krc_polynomial_4"] == Variant("krc_polynomial", 4, "duration")
     assert metrics(results)["krc_polynomial"] == metrics(results)["krc_polynomial_4"]
     assert metrics(results)["krc_polynomial_6"]["110"]["saving_percent"] == 23.0
 
@@ -100,13 +114,13 @@ def test_subsets_are_balanced_in_complexity(results):
         assert sorted(results.complexities[t] for t in trees) == ["complex", "medium", "simple"]
 
 
-def test_subsets_of_the_thesis_have_its_chords_and_relaxations(results):
+def test_subsets_of_the_thesis_have_its_chords_and_cycle_times(results):
     found = {(row["subset"], row["relaxation_percent"], row["krc_segments"]) for row in table_6_1_thesis(results)}
     assert {(s, k) for s, _, k in found if k} == {("1-10", 4), ("11-20", 6), ("21-30", 4)}
     assert {r for s, r, _ in found if s == "21-30"} == {"150", "175", "200"}
 
 
-def test_one_row_a_tree(results):
+def test_one_row_per_tree(results):
     rows = table_by_tree(results, (110.0, 121.0, 133.0))
     assert len(rows) == 9
     assert rows[2]["krc_polynomial_4_121_j"] == f"{760 * 1.2 * 1.1:.3f}"
@@ -146,8 +160,7 @@ def test_results_without_the_thesis_settings_have_fewer_rows():
         Variant("predicted_three_segment"): 790.0,
         Variant("optimum"): 700.0,
     }
-    cycles = tuple(cycle(0, 140.0, variant, energy) for variant, energy in few.items())
-    results = ExperimentResults(("experiment-01",), ("simple",), np.array([2.0]), np.array([950.0]), cycles)
+    results = results_of(few, 1, (140.0,))
     assert table_6_1_thesis(results) == []
     assert {row["saving_percent_published_convention"] for row in table_6_1(results)} == {""}
     assert "saving_percent_published_convention" not in metrics(results)["optimum"]["140"]
@@ -158,62 +171,42 @@ def test_every_vertex_has_a_row(results):
     batch = TreeBatch(
         kr16(), [tree(points=((30.0, -90.0, 90.0, 0.0, 0.0, 0.0), (60.0, -80.0, 90.0, 0.0, 0.0, 0.0)))] * 9
     )
-    short = ExperimentResults(
-        results.tree_ids,
-        results.complexities,
-        results.d_min_s,
-        results.full_speed_energy_j,
-        tuple(_lengthened(one, 4) for one in results.cycles[:14]),
-    )
-    table = plans_table(short, batch)
-    assert table.num_rows == 14 * 4
-    assert table["vertex"].to_pylist()[:4] == [1, 2, 3, 4]
-    assert table["krc_segments"].null_count == 4 * 6
+    table = plans_table(results_of(VARIANTS, 9, (121.0, 110.0), motions=4, cycle_s=3.0), batch)
+    assert table.num_rows == 9 * 2 * 7 * 4
+    assert table["vertex"].to_pylist()[:5] == [1, 2, 3, 4, 1]
+    assert table["relaxation_percent"].to_pylist()[: 8 * 7 : 4] == [110.0] * 7 + [121.0] * 7
+    assert table["krc_segments"].null_count == 9 * 2 * 3 * 4
     assert table["model_idle_prior_w"].null_count == table.num_rows
-
-
-def _lengthened(one, count):
-    def longer(values):
-        return np.resize(values, count)
-
-    plan = Schedule(
-        "optimal",
-        2.2,
-        *(
-            longer(x)
-            for x in (
-                one.plan.durations_s,
-                one.plan.prior_waits_s,
-                one.plan.post_waits_s,
-                one.plan.collision_waits_s,
-                one.plan.starts_s,
-            )
-        ),
-    )
-    of_motions = ("speed_limits", "durations_s", "prior_waits_s", "post_waits_s", "vertex_energies_j")
-    run = replace(one.run, **{name: longer(getattr(one.run, name)) for name in of_motions})
-    return PlannedCycle(one.tree, one.relaxation_percent, one.variant, plan, run, None)
+    first = table.slice(0, 1).to_pylist()[0]
+    assert (first["tree_id"], first["method"], first["simulated_energy_j"]) == ("experiment-01", "unoptimized", 1100.0)
 
 
 @pytest.mark.parametrize(
-    ("others", "message"),
-    [
-        ([cycle(0, 110.0, Variant("greedy"), 699.0)], "less than the optimum, 700.000 J .greedy, tree 1, 110 %"),
-        ([cycle(0, 110.0, Variant("greedy"), 700.0 - 1e-9)], None),
-    ],
+    ("energy_j", "message"),
+    [(699.0, "less than the optimum, 700.000 J .greedy, tree 2, 110 %"), (700.0 - 1e-9, None)],
     ids=["better than the optimum", "equal"],
 )
-def test_results_that_cannot_be_are_refused(others, message):
-    cycles = [cycle(0, 110.0, Variant("optimum"), 700.0), *others]
+def test_results_that_cannot_be_are_refused(energy_j, message):
+    outcomes = {
+        Variant("optimum"): outcome([[700.0], [700.0]]),
+        Variant("greedy"): outcome([[701.0], [energy_j]]),
+    }
     if message is None:
-        verify(cycles)
+        verify(outcomes, (110.0,))
         return
     with pytest.raises(PlanningError, match=message):
-        verify(cycles)
+        verify(outcomes, (110.0,))
 
 
 def test_late_cycles_are_refused():
-    good = cycle(0, 110.0, Variant("optimum"), 700.0)
-    late = replace(good.run, cycle_time_s=2.2 + 2e-6)
+    good = outcome([[700.0]])
+    late = replace(good, runs=[[replace(good.runs[0][0], cycle_time_s=2.2 + 2e-6)]])
     with pytest.raises(PlanningError, match="differs from the planned one by 2e-06 s"):
-        verify([PlannedCycle(0, 110.0, good.variant, good.plan, late, None)])
+        verify({Variant("optimum"): late}, (110.0,))
+
+
+def test_a_bound_far_below_the_optimum_is_refused():
+    good = outcome([[700.0]])
+    loose = MethodPlans([[replace(good.planned.plans[0][0], bound_j=690.0)]])
+    with pytest.raises(PlanningError, match=r"the proven bound 690\.000 J is too far below"):
+        verify({Variant("optimum"): replace(good, planned=loose)}, (110.0,))

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from reproduction.study.cases import PlantBatch, generate_trees, measure
+from reproduction.study.cases import PlantBatch, generate_trees, observe
 from reproduction.study.config import StudyMotionsParams
 from reproduction.study.plant import Plant, PlantParams, draw_plant
 from robojoule.calibration.run_model import ObservedRuns
@@ -43,4 +43,4 @@ def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBa
 
 
 def measured(of: Plant, trees: int, seed: int) -> ObservedRuns:
-    return measure(batch(of, trees, seed), LIMITS, np.random.default_rng(seed), runs_per_motion=3)
+    return observe(batch(of, trees, seed), LIMITS, np.random.default_rng(seed), runs_per_motion=3)

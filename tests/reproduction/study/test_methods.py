@@ -1,16 +1,16 @@
-"""Plans of a study: the budget rule against the planning model, energies, tables."""
+"""Plans of a study: methods on the plant, sources of profiles, tables."""
 
 import numpy as np
 import pytest
 
 from reproduction.experiment.gaps import PlanEnergies, bootstrap_mean, gap_rows, win_rows
-from reproduction.study.plans import evaluate_plans, path_costs, planned_speed_limits, polynomial_method
+from reproduction.methods.method import Variant
+from reproduction.study.methods import OnSource, evaluate_plans, hull_profiles, polynomial_method
 from robojoule.errors import CycleTimeTooShort
-from robojoule.planning.chain import chain_plans
-from robojoule.planning.costs import plan_energy_j
-from robojoule.planning.optimum import DenseProfiles
+from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.solver import PlanSolver
-from robojoule.planning.writeback import stacked_durations
+from robojoule.planning.writeback import write_plans
+from robojoule.profile.adaptive import AdaptiveProfiles
 from tests.reproduction.study import cases
 
 
@@ -19,41 +19,39 @@ def batch():
     return cases.batch(cases.plant(), 3, 9)
 
 
-def test_the_budget_rule_gives_the_plans_of_the_planning_model(batch):
-    costs = path_costs(batch, batch.paths, batch.speed_limits(25))
+def nominal_physics(batch):
+    return OnSource(Variant("nominal_physics"), hull_profiles(batch.nominal_paths, batch.speed_limits(25)))
+
+
+def test_a_source_gives_the_plans_of_the_planning_model(batch):
     times = batch.least_cycles_s[:, None] * [1.0, 1.1, 1.5, 3.0]
-    for graph, of_tree, row in zip(batch.graphs, costs, times, strict=True):
+    found = nominal_physics(batch).plan(batch, times)
+    for graph, of_tree, plans in zip(batch.graphs, found.costs, found.plans, strict=True):
         solver = PlanSolver(graph, of_tree)
-        for plan in chain_plans(graph, of_tree, row):
-            expected = solver.solve(plan.cycle_time_s)
-            assert plan_energy_j(of_tree, plan) == pytest.approx(expected.energy_j, rel=1e-9)
+        for plan in plans:
+            assert plan.energy_j == pytest.approx(solver.solve(plan.cycle_time_s).energy_j, rel=1e-9)
             total = plan.durations_s.sum() + plan.prior_waits_s.sum() + plan.post_waits_s.sum()
             assert total == pytest.approx(plan.cycle_time_s)
 
 
 def test_a_cycle_time_that_is_too_short_is_refused(batch):
-    costs = path_costs(batch, batch.paths, batch.speed_limits(25))
     with pytest.raises(CycleTimeTooShort):
-        chain_plans(batch.graphs[0], costs[0], batch.least_cycles_s[:1] * 0.9)
+        nominal_physics(batch).plan(batch, batch.least_cycles_s[:, None] * 0.9)
 
 
-def test_planned_durations_are_kept(batch):
-    costs = path_costs(batch, batch.paths, batch.speed_limits(25))
+def test_plans_are_kept_on_the_plant(batch):
     times = batch.least_cycles_s[:, None] * [1.0, 1.2, 2.0]
-    plans = [chain_plans(*case) for case in zip(batch.graphs, costs, times, strict=True)]
-    found = batch.paths.durations(planned_speed_limits(batch, plans))
-    wanted = stacked_durations(plans)
-    assert (found <= wanted + 1e-9).all()
-    np.testing.assert_allclose(found, wanted, atol=1e-6)
+    plans = nominal_physics(batch).plan(batch, times).plans
+    for runs, of_tree in zip(simulate_trees(batch, write_plans(batch, plans)), plans, strict=True):
+        for run, plan in zip(runs, of_tree, strict=True):
+            np.testing.assert_allclose(run.durations_s, plan.durations_s, atol=1e-6)
+            assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-9)
 
 
 def test_no_method_beats_the_optimum(batch):
-    limits = batch.speed_limits(25)
-    methods = {
-        "nominal_physics": path_costs(batch, batch.nominal_paths, limits),
-        "krc_polynomial_6": polynomial_method(batch, 6),
-    }
+    methods = {"nominal_physics": nominal_physics(batch), "krc_polynomial_6": polynomial_method(batch, 6)}
     plans = evaluate_plans(batch, methods, [100, 110, 150], 61)
+    assert list(plans.energy_j) == ["unoptimized", "uniform", "greedy", *methods, "optimum"]
     for method in plans.energy_j:
         assert (plans.gaps_percent(method) >= -0.01).all()
     # At the least cycle time there is nothing to choose.
@@ -61,13 +59,13 @@ def test_no_method_beats_the_optimum(batch):
     assert (plans.gaps_percent("nominal_physics") < plans.gaps_percent("unoptimized"))[:, 1:].all()
 
 
-def test_refined_points_are_those_of_the_plant(batch):
-    dense = DenseProfiles(batch, 9)
-    motions = np.array([1, len(batch.d_min_s) - 1])
-    dense.refine(1.3 * batch.d_min_s[motions, None], motions)
+def test_refined_runs_are_those_of_the_plant(batch):
+    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit, 9)
+    motions = [1, len(batch.d_min_s) - 1]
+    assert profiles.refine_near({motion: 1.3 * batch.d_min_s[motion : motion + 1] for motion in motions}) == motions
     for motion in motions:
-        found = dense.profiles[motion]
-        assert len(found) > 9
+        found = profiles.profiles[motion]
+        assert len(found) == 10
         runs = batch.paths.simulate(np.tile(found.speed_limits, (batch.paths.motions, 1)))
         np.testing.assert_allclose(found.energies_j, runs.energy_j[motion], rtol=1e-9)
 

@@ -1,0 +1,45 @@
+"""Batches of trees: the order of their motions, least cycles, speed limits, what is refused."""
+
+import numpy as np
+import pytest
+
+from robojoule.errors import InputError
+from robojoule.formats.tree_files import parse_tree, tree_to_data
+from robojoule.planning.batch import TreeBatch
+from tests.core_cases import kr16
+from tests.planning.trees import busy_tree, tree
+
+
+@pytest.fixture(scope="module")
+def batch():
+    return TreeBatch(kr16(), [tree(), busy_tree()])
+
+
+def test_motions_stand_tree_after_tree(batch):
+    assert [rows.stop - rows.start for rows in batch.rows] == [4, 7]
+    assert batch.d_min_s[4] == pytest.approx(batch.d_min_s[0])
+    assert (batch.d_max_s >= batch.d_min_s).all()
+    stay = [i + 4 for i, v in enumerate(batch.graphs[1].vertices) if v.name.startswith("stay")]
+    assert batch.d_max_s[stay].min() == 0.0
+    assert batch.least_cycles_s[1] == pytest.approx(batch.d_min_s[batch.rows[1]].sum() + 0.2 + 0.4 + 0.1)
+
+
+def test_predecessors_close_the_cycle(batch):
+    before = batch.predecessors(np.arange(11.0))
+    assert before.tolist() == [3.0, 0.0, 1.0, 2.0, 10.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    assert batch.predecessors(batch.idle_post_w) == pytest.approx(batch.idle_prior_w)
+
+
+def test_saturating_speed_limits_give_the_fastest_run_and_lower_ones_do_not(batch):
+    top = batch.saturating_speed_limits[:, None]
+    assert batch.paths.durations(top)[:, 0] == pytest.approx(batch.d_min_s, rel=1e-9)
+    slower = batch.paths.durations(np.maximum(0.9 * top, 0.1))[:, 0]
+    moving = batch.paths.moving & (top[:, 0] > 0.12)
+    assert (slower[moving] > batch.d_min_s[moving]).all()
+
+
+def test_coarse_zones_are_refused_by_name():
+    data = tree_to_data(tree())
+    data["operations"][1]["zone"] = {"radius_m": 0.1}
+    with pytest.raises(InputError, match="move 'm1' of tree 'there and back' has a coarse zone"):
+        TreeBatch(kr16(), [parse_tree(data, "coarse")])
