@@ -12,6 +12,8 @@ from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
+ROUNDING_S = 1e-12  # below: what is left of sums and differences of times
+
 
 def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]]) -> Array:
     """Lowest speed limits that keep the durations of plans.
@@ -84,10 +86,15 @@ def write_plan(
     for v, vertex in enumerate(graph.vertices):
         first, last = moves[vertex.moves[0]], moves[vertex.moves[-1]]
         # Wait operations and process steps stay as they are: the move's own wait is what goes beyond them.
-        before[first.name] = max(float(prior[v] - least_prior[v]) + first.wait_before_s, 0.0)
-        after[last.name] = max(float(post[v] - least_post[v]) + last.wait_after_s, 0.0)
+        before[first.name] = _wait(float(prior[v] - least_prior[v]) + first.wait_before_s)
+        after[last.name] = _wait(float(post[v] - least_post[v]) + last.wait_after_s)
     limits = {vertex.moves[-1]: 100.0 * float(p) for vertex, p in zip(graph.vertices, speed_limits, strict=True)}
     return tree.with_plan(limits, waits_before_s=before, waits_after_s=after)
+
+
+def _wait(seconds: float) -> float:
+    """A wait as it is written: what only rounding left of it is none."""
+    return seconds if seconds > ROUNDING_S else 0.0
 
 
 def _shorten(prior: Array, post: Array, least_prior: Array, least_post: Array, by_s: float) -> None:

@@ -39,6 +39,14 @@ def test_the_written_tree_takes_exactly_the_cycle_time(batch, times, optimum):
             assert run.cycle_time_s == pytest.approx(time, abs=1e-9)
 
 
+def test_no_wait_is_left_of_rounding(batch):
+    """In the README's example the last wait was 4e-16 s."""
+    cycles = np.linspace(1.01, 1.6, 25) * batch.least_cycles_s[:, None]
+    for trees in write_plans(batch, dense_plans(batch, cycles, 31)):
+        waits = [wait for one in trees for move in one.moves() for wait in (move.wait_before_s, move.wait_after_s)]
+        assert all(wait == 0.0 or wait > 1e-12 for wait in waits)
+
+
 def test_feasibility_and_cost_recomputed_from_the_written_tree(batch, optimum):
     written, runs = write_and_simulate(batch, optimum)
     for t, rows in enumerate(batch.rows):
