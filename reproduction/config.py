@@ -54,6 +54,8 @@ class GenerateTreesParams(Document):
 class SimulateMotionsParams(Document):
     """Runs of every motion in the plant."""
 
+    inverse_dynamics: Literal["pinocchio", "recursion"] = Field(description="What computes joint torques.")
+    time_laws: Literal["ruckig", "closed_form"] = Field(description="What computes time laws.")
     speed_limits_percent: list[Percent] = Field(min_length=5)
     sample_rate_hz: float = Field(ge=250, le=8000)
     shard_motions: int = Field(ge=1, description="Motions per shard of the samples.")

@@ -25,7 +25,9 @@ from reproduction.motions.tables import (
 )
 from reproduction.tables import column_names, read_table
 from robojoule.errors import InputError
-from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.simulation import Engines, MotionPaths
+from robojoule.motion.time_laws import installed_ruckig
+from robojoule.robots.mechanism import installed_pinocchio
 
 
 class SimulatedTables(NamedTuple):
@@ -40,6 +42,25 @@ class SimulatedTables(NamedTuple):
     motions: pa.Table
     runs: pa.Table
     paths: pa.Table
+
+
+def installed_engines(settings: SimulateMotionsParams) -> Engines:
+    """The engines that the parameters name.
+
+    Raises:
+        InputError: The package of one is not there.
+    """
+    if settings.inverse_dynamics == "pinocchio" and installed_pinocchio() is None:
+        raise _missing("Pinocchio", "inverse_dynamics", "recursion")
+    if settings.time_laws == "ruckig" and installed_ruckig() is None:
+        raise _missing("Ruckig", "time_laws", "closed_form")
+    return Engines(settings.inverse_dynamics, settings.time_laws)
+
+
+def _missing(package: str, parameter: str, own: str) -> InputError:
+    return InputError(
+        f"{package} is not installed or cannot be loaded here", key=f"simulate_motions.{parameter}", allowed=own
+    )
 
 
 def read_motions(trees: Path, joints: int) -> MotionTable:
@@ -76,12 +97,16 @@ def simulate_shards(
         motions: The motions.
         samples_dir: Folder of the time series; shards of an earlier run are removed.
         progress: Called with a line of text after each shard.
+
+    Raises:
+        InputError: The package of an engine is not there.
     """
+    engines = installed_engines(settings)
     shards = range(0, len(motions.motion_id), settings.shard_motions)
     samples_dir.mkdir(parents=True, exist_ok=True)
     for stale in samples_dir.glob("part-*.parquet"):
         stale.unlink()
-    work = partial(_simulate_shard, robot, settings, motions, samples_dir)
+    work = partial(_simulate_shard, robot, settings, engines, motions, samples_dir)
     workers = min(os.cpu_count() or 1, len(shards))
     parts: list[SimulatedTables] = []
     # Spawned, not forked: a copy of a process with threads may hang.
@@ -93,12 +118,17 @@ def simulate_shards(
 
 
 def _simulate_shard(
-    robot: RobotParams, settings: SimulateMotionsParams, motions: MotionTable, samples_dir: Path, first: int
+    robot: RobotParams,
+    settings: SimulateMotionsParams,
+    engines: Engines,
+    motions: MotionTable,
+    samples_dir: Path,
+    first: int,
 ) -> SimulatedTables:
     part = motions.rows(slice(first, first + settings.shard_motions))
     speed_limits = np.asarray(settings.speed_limits_percent) / 100.0
     with threadpool_limits(1):  # one process per processor: threads inside would only compete
-        paths = MotionPaths(robot.robot(), part.start_rad, part.end_rad)
+        paths = MotionPaths(robot.robot(), part.start_rad, part.end_rad, engines=engines)
         runs = paths.simulate(speed_limits)
         target = samples_dir / f"part-{first // settings.shard_motions:04d}.parquet"
         write_samples(target, part.motion_id, paths, speed_limits, settings.sample_rate_hz)

@@ -220,7 +220,7 @@ def _sample_batches(
 
 def _laws(paths: MotionPaths, peaks: Array, rows: Index) -> Array:
     """Time laws of some motions, shape (M', 6, S, 7): start, jerk, acceleration, velocity, position, end of phases."""
-    law = paths.timing.laws(peaks[rows], rows)
+    law = paths.laws(peaks[rows], rows)
     ends = np.cumsum(law.duration_s, axis=-1)
     starts = ends - law.duration_s
     starts[..., 1:] = ends[..., :-1]

@@ -20,6 +20,7 @@ from robojoule.robots.mechanism import installed_pinocchio
 from robojoule.robots.recursion import path_points
 from robojoule.robots.robot import Robot
 
+DynamicsEngine = Literal["pinocchio", "recursion"]
 NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
 LIMIT_NODES = 29  # path positions at least where torque limits are looked at
 SERIES_TOLERANCE = 1e-9  # of the first neglected coefficient, relative to an amplitude at the highest frequency
@@ -113,9 +114,7 @@ def chebyshev_basis(s: Array, count: int) -> Array:
     return np.moveaxis(basis, 0, -1)
 
 
-def inverse_dynamics(
-    robot: Robot, q: Array, qd: Array, qdd: Array, *, engine: Literal["pinocchio", "recursion"] | None = None
-) -> Array:
+def inverse_dynamics(robot: Robot, q: Array, qd: Array, qdd: Array, *, engine: DynamicsEngine | None = None) -> Array:
     """Rigid-body joint torques (no friction, no rotor inertia).
 
     Args:
@@ -145,13 +144,31 @@ def inverse_dynamics(
     return np.ascontiguousarray(pin.rneaInParallel(1, pin.ModelPool(model, 1), *columns).T.reshape(q.shape))
 
 
-def path_torques(robot: Robot, path: Path, count: int | None = None) -> PathTorques:
+def _at_points(robot: Robot, q: Array, along: Array, engine: DynamicsEngine) -> Array:
+    """m, c and g at path points, arguments and result as of `path_points`."""
+    if engine == "recursion":
+        return path_points(robot.mechanism, q, along)
+    q, along = q.T, along.T
+    none = np.zeros_like(q)
+    states = ((none, along), (along, none), (none, none))
+    torques = np.stack([inverse_dynamics(robot, q, *state, engine=engine).T for state in states])
+    torques[:2] -= torques[2]
+    return torques
+
+
+def path_torques(
+    robot: Robot, path: Path, count: int | None = None, *, engine: DynamicsEngine = "recursion"
+) -> PathTorques:
     """Project the inverse dynamics on M paths.
 
     Args:
         robot: Robot with its payload.
         path: The paths.
         count: Number of nodes; as many as represent each path to rounding if not given.
+        engine: What computes the torques at the nodes.
+
+    Raises:
+        MissingPackage: Pinocchio is asked for and not installed.
     """
     motions, joints = path.start_rad.shape
     counts = node_counts(robot, path.travel_rad) if count is None else np.full(motions, count)
@@ -163,7 +180,7 @@ def path_torques(robot: Robot, path: Path, count: int | None = None) -> PathTorq
         at = path.positions_rad(rows, nodes)
         points.append(at.reshape(joints, -1))
         along.append(np.broadcast_to(path.slopes_rad(rows, nodes).swapaxes(0, 1), at.shape).reshape(joints, -1))
-    torques = path_points(robot.mechanism, np.concatenate(points, 1), np.concatenate(along, 1))
+    torques = _at_points(robot, np.concatenate(points, 1), np.concatenate(along, 1), engine)
     coefficients = np.zeros((motions, 3 * joints, width))
     limit_nodes = np.maximum(LIMIT_NODES, 2 * counts - LIMIT_NODES // 2 + 1)
     values = np.zeros((motions, 3 * joints, int(limit_nodes.max(initial=0))))

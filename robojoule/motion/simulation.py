@@ -3,7 +3,7 @@
 A run follows the controller's time law (see `robojoule.motion.controller`) and draws electrical power by the drive
 model (see `robojoule.robots.drives`) from the torques along its path (see `robojoule.motion.dynamics`). Its energy is
 integrated over each phase of constant jerk (see `robojoule.motion.quadrature`), so it does not depend on a sample
-rate.
+rate. Inverse dynamics and time laws come from the library's own engines unless others are asked for.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, Index
 from robojoule.motion.controller import PathTiming
-from robojoule.motion.dynamics import PathTorques, chebyshev_basis, path_torques
+from robojoule.motion.dynamics import DynamicsEngine, PathTorques, chebyshev_basis, path_torques
 from robojoule.motion.path import Path, StraightPath
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
-from robojoule.motion.time_laws import PathLaw
+from robojoule.motion.time_laws import LawEngine, PathLaw, path_law
 from robojoule.robots.drives import DrivePowers, drive_powers, idle_power_w, mains_energy_j, mains_power_w
 from robojoule.robots.robot import Robot
 
@@ -28,6 +28,22 @@ _CHUNK_STATES = 8192  # path states evaluated at once: keeps the work arrays in 
 # Without one of this size, never touched, work arrays are mapped anew for every chunk, and `python -m
 # benchmarks.simulation` takes a fifth longer at ten speed limits, two fifths at 91.
 np.empty(4_000_000)
+
+
+@dataclass(frozen=True)
+class Engines:
+    """What computes the physics of motions; all agree to rounding, and the own ones are the fastest.
+
+    Attributes:
+        inverse_dynamics: Pinocchio or the recursion along paths.
+        time_laws: Ruckig or the closed form.
+    """
+
+    inverse_dynamics: DynamicsEngine = "recursion"
+    time_laws: LawEngine = "closed_form"
+
+
+OWN_ENGINES = Engines()
 
 
 @dataclass(frozen=True)
@@ -96,15 +112,28 @@ class MotionPaths:
         start_rad: Start configurations, shape (M, n). [rad]
         end_rad: End configurations, shape (M, n). [rad]
         controller: The controller's model of the robot, by which it plans its time laws; the robot itself if not given.
+        engines: What computes inverse dynamics and the time laws of runs.
+
+    Raises:
+        MissingPackage: Pinocchio is asked for and not installed.
     """
 
-    def __init__(self, robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, controller: Robot | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        start_rad: ArrayLike,
+        end_rad: ArrayLike,
+        controller: Robot | None = None,
+        engines: Engines = OWN_ENGINES,
+    ) -> None:
         self.robot = robot
+        self.engines = engines
         self.path: Path = StraightPath.between(start_rad, end_rad)
         self.start_rad, self.delta_rad = self.path.start_rad, self.path.delta_rad
         self.motions = len(self.start_rad)
-        self.torques: PathTorques = path_torques(robot, self.path)
-        planned = self.torques if controller is None else path_torques(controller, self.path)
+        engine = engines.inverse_dynamics
+        self.torques: PathTorques = path_torques(robot, self.path, engine=engine)
+        planned = self.torques if controller is None else path_torques(controller, self.path, engine=engine)
         self.timing = PathTiming(controller or robot, planned, self.path)
         self.moving = self.timing.moving
 
@@ -112,7 +141,7 @@ class MotionPaths:
         """Some of the motions, in the order given, with the search for their fastest runs already done."""
         start = self.start_rad[rows]
         controller = None if self.timing.robot is self.robot else self.timing.robot
-        part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller)
+        part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller, self.engines)
         part.timing.fastest_velocity = self.timing.fastest_velocity[rows]
         return part
 
@@ -150,6 +179,23 @@ class MotionPaths:
         """Time law of motion `index` at a peak path velocity [1/s]."""
         return self.timing.law(index, peak_velocity)
 
+    def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
+        """Time laws of moving motions `rows` (M',) at peak path velocities (M', S) [1/s], arrays of shape (M', S, 7).
+
+        Raises:
+            MissingPackage: Ruckig is asked for and not installed.
+        """
+        timing = self.timing
+        if self.engines.time_laws == "closed_form":
+            return timing.laws(peak_velocity, rows)
+        return path_law(
+            peak_velocity,
+            timing.acceleration(peak_velocity, rows),
+            timing.robot.drives.filter_time_s,
+            length_rad=timing.travel_rad[rows, None],
+            engine=self.engines.time_laws,
+        )
+
     def simulate(self, speed_limits: ArrayLike) -> MotionRuns:
         """Run every motion at speed limits (shapes as in `peak_velocities`)."""
         velocity = self.peak_velocities(speed_limits)
@@ -168,7 +214,7 @@ class MotionPaths:
 
     def _runs(self, rows: Index, velocity: Array, quadrature: RunQuadrature) -> dict[str, Array]:
         """Figures of the runs of some motions at peak velocities (M', S) [1/s]: power integrated over their laws."""
-        law = self.timing.laws(velocity, rows)
+        law = self.laws(velocity, rows)
         states, weights = quadrature.states(law), quadrature.weights(law)
         bus, friction, copper = np.empty((3, *weights.shape))
         peak_torque = np.empty((len(rows), self.robot.joint_count, velocity.shape[1]))

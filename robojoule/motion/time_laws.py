@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, Index
 from robojoule.errors import MissingPackage, RobojouleError
 
+LawEngine = Literal["ruckig", "closed_form"]
 ROUNDING = 1e-9  # a peak velocity counts as reached when the path is too short by less than this share
 PHASES = 7  # jerk up, constant acceleration, jerk down, cruise, and the mirror image
 
@@ -81,8 +82,8 @@ def path_law(
     acceleration: ArrayLike,
     filter_time_s: float,
     *,
-    length_rad: float = 1.0,
-    engine: Literal["ruckig", "closed_form"] | None = None,
+    length_rad: ArrayLike = 1.0,
+    engine: LawEngine | None = None,
 ) -> PathLaw:
     """Fastest laws from rest to rest within limits of velocity, acceleration and jerk = acceleration / filter time.
 
@@ -90,7 +91,8 @@ def path_law(
         velocity: Largest path velocities, any shape; beyond what the path lets reach they change nothing. [1/s]
         acceleration: Largest path accelerations, the same shape. [1/s2]
         filter_time_s: Length of a full jerk phase. [s]
-        length_rad: Length that Ruckig computes with, e.g. the largest joint change: its tolerances have a scale. [rad]
+        length_rad: Lengths that Ruckig computes with, e.g. the largest joint changes, as its tolerances have a scale; of
+            a shape that can be broadcast to that of the velocities. [rad]
         engine: What computes them; if not given, Ruckig a single law where it is installed, many the closed form.
 
     Returns:
@@ -105,9 +107,7 @@ def path_law(
         engine = "ruckig" if v.ndim == 0 and installed_ruckig() is not None else "closed_form"
     if engine == "closed_form":
         return _in_closed_form(v, a, filter_time_s)
-    laws = [_by_ruckig(*limits, filter_time_s, length_rad) for limits in zip(v.ravel(), a.ravel(), strict=True)]
-    arrays = (np.array([getattr(law, field.name) for law in laws]) for field in fields(PathLaw))
-    return PathLaw(*(array.reshape(*v.shape, PHASES) for array in arrays))
+    return _by_ruckig(v, a, filter_time_s, np.broadcast_to(np.asarray(length_rad, dtype=float), v.shape))
 
 
 @cache
@@ -120,31 +120,27 @@ def installed_ruckig() -> ModuleType | None:
     return package  # type: ignore[no-any-return]
 
 
-def _by_ruckig(velocity: float, acceleration: float, filter_time_s: float, length_rad: float) -> PathLaw:
+def _by_ruckig(velocity: Array, acceleration: Array, filter_time_s: float, length_rad: Array) -> PathLaw:
     package = installed_ruckig()
     if package is None:
         raise MissingPackage("a time law by Ruckig", "ruckig")
-    jerk = acceleration / filter_time_s
-    problem = package.InputParameter(1)
-    problem.target_position = [length_rad]
-    problem.max_velocity = [velocity * length_rad]
-    problem.max_acceleration = [acceleration * length_rad]
-    problem.max_jerk = [jerk * length_rad]
-    trajectory = package.Trajectory(1)
-    result = package.Ruckig(1).calculate(problem, trajectory)
-    if result not in (package.Result.Working, package.Result.Finished):
-        raise RobojouleError(
-            f"Ruckig found no trajectory over {length_rad:.6g} rad with velocity {velocity:.6g} 1/s, "
-            f"acceleration {acceleration:.6g} 1/s2, jerk {jerk:.6g} 1/s3 ({result})"
-        )
-    profile = trajectory.profiles[0][0]
-    return PathLaw(
-        duration_s=np.asarray(profile.t),
-        jerk=np.asarray(profile.j) / length_rad,
-        acceleration=np.asarray(profile.a)[:PHASES] / length_rad,
-        velocity=np.asarray(profile.v)[:PHASES] / length_rad,
-        position=np.asarray(profile.p)[:PHASES] / length_rad,
-    )
+    generator, problem, trajectory = package.Ruckig(1), package.InputParameter(1), package.Trajectory(1)
+    laws = np.empty((velocity.size, len(fields(PathLaw)), PHASES))
+    limits = np.stack([length_rad, velocity * length_rad, acceleration * length_rad], axis=-1).reshape(-1, 3)
+    for law, (length, v, a) in zip(laws, limits.tolist(), strict=True):
+        jerk = a / filter_time_s
+        problem.target_position = [length]
+        problem.max_velocity, problem.max_acceleration, problem.max_jerk = [v], [a], [jerk]
+        result = generator.calculate(problem, trajectory)
+        if result not in (package.Result.Working, package.Result.Finished):
+            raise RobojouleError(
+                f"Ruckig found no trajectory over {length:.6g} rad with velocity {v:.6g} rad/s, "
+                f"acceleration {a:.6g} rad/s2, jerk {jerk:.6g} rad/s3 ({result})"
+            )
+        profile = trajectory.profiles[0][0]
+        law[:] = profile.t, profile.j, profile.a[:PHASES], profile.v[:PHASES], profile.p[:PHASES]
+    laws[:, 1:] /= limits[:, :1, None]
+    return PathLaw(*laws.swapaxes(0, 1).reshape(-1, *velocity.shape, PHASES))
 
 
 def _in_closed_form(velocity: Array, acceleration: Array, filter_time_s: float) -> PathLaw:

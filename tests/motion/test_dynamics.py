@@ -15,7 +15,7 @@ from robojoule.motion.dynamics import (
     path_torques,
 )
 from robojoule.motion.path import StraightPath
-from robojoule.robots import load_robot
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 from tests.core_cases import hard_paths, kr16, random_motions
 from tests.robots.arms import arm_file, random_mechanism
@@ -159,3 +159,13 @@ def test_a_motion_does_not_depend_on_its_companions(robot):
         assert np.array_equal(alone.coefficients, torques.coefficients[part, :, :width])
         for found, expected in zip(alone.at_nodes, torques.at_nodes, strict=True):
             assert np.array_equal(found[:, -1], expected[part, -1])
+
+
+@pytest.mark.parametrize("name", list_robots())
+def test_engines_agree_along_paths_of_every_robot(name):
+    """Torque terms to 1e-9 of the largest, at the nodes where limits are looked at."""
+    arm = load_robot(name)
+    path = StraightPath.between(*random_motions(arm, 30))
+    found, expected = (path_torques(arm, path, engine=engine).at_nodes for engine in ("recursion", "pinocchio"))
+    for own, theirs in zip(found, expected, strict=True):
+        assert np.abs(own - theirs).max() <= 1e-9 * np.abs(theirs).max()

@@ -8,9 +8,9 @@ import pytest
 
 from robojoule.errors import InputError
 from robojoule.motion.quadrature import RunQuadrature
-from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.simulation import Engines, MotionPaths
 from robojoule.motion.time_laws import duration_at_peak_s
-from robojoule.robots import load_robot
+from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload
 from tests.core_cases import HARD_MOTIONS_DEG, SPEED_LIMITS, hard_paths, kr16, random_motions
 
@@ -275,3 +275,30 @@ def test_payload_without_mass_is_the_bare_robot():
     with pytest.raises(InputError, match="payload mass"):
         Payload(-1.0)
     assert np.isfinite(MotionPaths(bare, q, q + 0.1).simulate([1.0]).energy_j).all()
+
+
+@pytest.mark.parametrize("name", list_robots())
+def test_ruckig_and_the_closed_form_give_the_same_laws_for_every_robot(name):
+    """Phases in seconds; jerk to position relative to their largest value."""
+    arm = load_robot(name)
+    start, end = random_motions(arm, 30)
+    rows = np.arange(30)
+    own, other = (MotionPaths(arm, start, end, engines=Engines(time_laws=e)) for e in ("closed_form", "ruckig"))
+    peaks = own.peak_velocities(SPEED_LIMITS)
+    found, expected = own.laws(peaks, rows), other.laws(peaks, rows)
+    assert np.abs(found.duration_s - expected.duration_s).max() <= 1e-12
+    for field in ("jerk", "acceleration", "velocity", "position"):
+        ours, theirs = getattr(found, field), getattr(expected, field)
+        assert (np.abs(ours - theirs) <= 1e-12 * np.abs(theirs).max(axis=-1, keepdims=True)).all(), field
+
+
+def test_engines_change_rounding_alone(robot):
+    start, end = random_motions(robot, 40)
+    paths = [MotionPaths(robot, start, end, engines=engines) for engines in (Engines(), Engines("pinocchio", "ruckig"))]
+    own, other = (one.simulate(SPEED_LIMITS) for one in paths)
+    part = paths[1].subset(slice(3, 5)).simulate(SPEED_LIMITS)
+    for field in dataclasses.fields(own):
+        values = getattr(other, field.name)
+        assert getattr(own, field.name) == pytest.approx(values, rel=1e-9, abs=1e-9 * np.abs(values).max())
+        assert np.array_equal(getattr(part, field.name), values[3:5])  # a part of them keeps its engines
+    assert not np.array_equal(own.energy_j, other.energy_j)

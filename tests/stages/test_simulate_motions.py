@@ -1,7 +1,11 @@
 """The stage that simulates: files of the contract, same bytes each time, clear errors."""
 
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -12,8 +16,10 @@ from reproduction.layout import Layout
 from robojoule.errors import InputError
 from stages.generate_trees import generate_trees
 from stages.simulate_motions import simulate_motions
+from tests.cli.test_missing_packages import WITHOUT
 
-PARAMS = yaml.safe_load((Path(__file__).parents[2] / "params.yaml").read_text())
+ROOT = Path(__file__).parents[2]
+PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 PARAMS["generate_trees"] |= {"trees": 4, "experiment_trees": 3}
 PARAMS["simulate_motions"] |= {"shard_motions": 30}
 
@@ -102,3 +108,40 @@ def test_trees_with_a_gap_are_refused_before_anything_is_written(done, tmp_path,
 def test_without_trees_the_message_names_the_stage(done, tmp_path):
     with pytest.raises(InputError, match="the file is missing; run the stage generate_trees first"):
         simulate_motions(done[0], Layout(tmp_path))
+
+
+def simulate_without_packages(done, folder, **engines):
+    """Run the stage on the same trees where Pinocchio and Ruckig cannot be imported."""
+    layout = Layout(folder)
+    layout.data_dir.mkdir()
+    shutil.copy(done[1].trees, layout.trees)
+    params = PARAMS | {"simulate_motions": PARAMS["simulate_motions"] | engines}
+    (folder / "params.yaml").write_text(yaml.safe_dump(params))
+    code = f"{WITHOUT}\nimport runpy\nif __name__ == '__main__':\n    runpy.run_module('stages.simulate_motions', run_name='__main__')"
+    words = [sys.executable, "-c", code, "--root", str(folder)]
+    return layout, subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("engines", "message"),
+    [
+        ({}, "inverse_dynamics: Pinocchio is not installed or cannot be loaded here; allowed: recursion"),
+        (
+            {"inverse_dynamics": "recursion"},
+            "time_laws: Ruckig is not installed or cannot be loaded here; allowed: closed_form",
+        ),
+    ],
+)
+def test_a_missing_engine_is_one_sentence_with_its_parameter(done, tmp_path, engines, message):
+    _, ended = simulate_without_packages(done, tmp_path, **engines)
+    assert (ended.returncode, ended.stderr) == (2, f"simulate_motions: simulate_motions.{message}\n")
+    assert sorted(path.name for path in tmp_path.rglob("*.*")) == ["params.yaml", "trees.parquet"]
+
+
+def test_own_engines_need_no_package_and_agree(done, tmp_path):
+    layout, ended = simulate_without_packages(done, tmp_path, inverse_dynamics="recursion", time_laws="closed_form")
+    assert ended.returncode == 0, ended.stderr
+    own, expected = (pq.read_table(one.runs) for one in (layout, done[1]))
+    for name in ("duration_s", "energy_j"):
+        assert own[name].to_numpy() == pytest.approx(expected[name].to_numpy(), rel=1e-9)
+    assert not np.array_equal(own["energy_j"].to_numpy(), expected["energy_j"].to_numpy())
