@@ -1,10 +1,35 @@
 """The DVC stages: thin shells around the rooms of `reproduction`, one module per stage; those of the studies too.
 
-A stage computes with one thread per process: its products are small, and sums must not depend on the machine. This is
-said here because a library of linear algebra asks once, when it is loaded.
+What a stage writes must not depend on the machine, so it computes with one thread per process, as its products are
+small, and with the vector instructions that all processors with AVX2 have: wider ones, or other kernels of linear
+algebra, add in another order. This is said here, in variables for this process and those that it starts, because
+libraries ask once, when they are loaded.
 """
 
 import os
+import platform
+from pathlib import Path
 
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[_variable] = "1"
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_AVX2 = {
+    "OPENBLAS_CORETYPE": "Haswell",  # in numpy and in SciPy; a processor without AVX2 would end with a signal
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "ARROW_USER_SIMD_LEVEL": "AVX2",
+}
+
+
+def _has_avx2() -> bool:
+    """Whether this is Linux on an x86-64 processor with AVX2 and its fused multiplication and addition."""
+    if platform.system() != "Linux" or platform.machine() != "x86_64":
+        return False
+    flags = next((line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags")), "")
+    return {"avx2", "fma"} <= set(flags.split())
+
+
+SAME_BYTES = _has_avx2()
+"""Whether this machine gives the bytes that are committed."""
+
+os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+if SAME_BYTES:
+    os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy takes one of the two
+    os.environ.update(_AVX2)
