@@ -76,10 +76,10 @@ def plain_run(paths: MotionPaths, motion: int, velocity: float, acceleration: fl
 def plain_runs(paths: MotionPaths, motions: range) -> Array:
     """Durations and energies of motions at all speed limits, shape (2, motions, S)."""
     peaks = paths.peak_velocities(SPEED_LIMITS)[list(motions)]
-    accelerations = paths.timing.acceleration(peaks, np.array(motions))
+    accelerations = paths.timing.acceleration[list(motions)]
     runs = [
-        [plain_run(paths, motion, v, a) for v, a in zip(vs, accelerations_of, strict=True)]
-        for motion, vs, accelerations_of in zip(motions, peaks.tolist(), accelerations.tolist(), strict=True)
+        [plain_run(paths, motion, v, a) for v in vs]
+        for motion, vs, a in zip(motions, peaks.tolist(), accelerations.tolist(), strict=True)
     ]
     return np.array(runs).transpose(2, 0, 1)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pyarrow as pa
 
-from reproduction.reference_robot.figures import energy_model_figures
+from reproduction.reference_robot.figures import TreeRuns, energy_model_figures, idle_power_home_w
 from reproduction.validation.kr300 import kr300_energy_error_percent
-from robojoule.motion.simulation import MotionPaths
 from robojoule.robots.robot import Robot
 
 
 def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dict[str, float]:
-    """Idle power, profiles, torques; power at full speed over the experiment trees, as in the thesis.
+    """Idle power, profiles, torques; trees at full speed over the experiment trees, as in the thesis.
 
     Args:
         robot: Robot with its payload.
@@ -21,17 +20,16 @@ def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dic
     """
     speeds = len(runs) // len(motions)
     duration, energy = (runs[name].to_numpy().reshape(-1, speeds) for name in ("duration_s", "energy_j"))
+    speed_limit = runs["speed_limit_percent"].to_numpy()[:speeds] / 100.0
     experiment = np.flatnonzero(np.array(motions["split"].to_pylist()) == "experiment")
     tree = np.unique(motions["tree_id"].to_pylist(), return_inverse=True)[1]
-    figures = energy_model_figures(duration, energy, tree, experiment)
-    idle_home = float(MotionPaths(robot, robot.home_rad, robot.home_rad).idle_power_start_w[0])
     idle = motions["idle_power_end_w"].to_numpy()
+    tree_runs = TreeRuns(speed_limit, duration, energy, idle, tree)
+    figures = energy_model_figures(tree_runs, experiment, idle_power_home_w(robot))
     figures |= {
-        "idle_power_home_w": idle_home,
         "idle_power_min_w": float(idle.min()),
         "idle_power_median_w": float(np.median(idle)),
         "idle_power_max_w": float(idle.max()),
-        "rising_slope_over_idle": figures["rising_chord_w"] / idle_home,
         "torque_above_limit_percent": 100.0 * float((runs["peak_torque_ratio"].to_numpy() > 1.0).mean()),
         "kr300_energy_error_percent": kr300_energy_error_percent(),
     }

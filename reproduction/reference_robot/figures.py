@@ -1,59 +1,112 @@
-"""Figures by which an energy model is held against the thesis: power level, shape of the profiles, example motion."""
+"""Figures by which an energy model is held against the thesis: power level, trees, profiles, idle power, an example."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robojoule.arrays import Array, Index
+from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.parameters import optimal_run, profile_parameters
+from robojoule.robots.robot import Robot
 
 EXAMPLE_MOTION = np.array([[0.63, 1340.0], [0.94, 1144.0], [3.76, 2800.0]])
 """Thesis section 4.3: duration [s] and energy [J] at full speed, at the optimum and at 10 %."""
 
+LARGE, SMALL = 0.9, 0.1  # quantiles that stand for a large and a small saving
+SLOWED = 0.6  # the speed limit of thesis Figure 6.2 at which motions are most often seen beside full speed
 
-def energy_model_figures(
-    duration_s: Array, energy_j: Array, tree: Index, experiment: Index | slice = slice(None)
-) -> dict[str, float]:
+
+@dataclass(frozen=True)
+class TreeRuns:
+    """Runs of the motions of some trees.
+
+    Attributes:
+        speed_limit: Rising speed limits up to full speed, shape (S,). [-]
+        duration_s: Durations, shape (M, S). [s]
+        energy_j: Energies, shape (M, S). [J]
+        idle_power_w: Idle power at the end of each motion, shape (M,). [W]
+        tree: Tree of each motion, shape (M,).
+    """
+
+    speed_limit: Array
+    duration_s: Array
+    energy_j: Array
+    idle_power_w: Array
+    tree: Index
+
+    def of(self, rows: Index) -> TreeRuns:
+        """Those of some motions."""
+        parts = (self.duration_s[rows], self.energy_j[rows], self.idle_power_w[rows], self.tree[rows])
+        return TreeRuns(self.speed_limit, *parts)
+
+
+def idle_power_home_w(robot: Robot) -> float:
+    """Idle power at HOME. [W]"""
+    return float(MotionPaths(robot, robot.home_rad, robot.home_rad).idle_power_start_w[0])
+
+
+def energy_model_figures(runs: TreeRuns, experiment: Index, home_w: float) -> dict[str, float]:
     """Figures of a set of runs.
 
     Args:
-        duration_s: Durations by motion and rising speed limit, shape (M, S). [s]
-        energy_j: Energies, shape (M, S). [J]
-        tree: Tree of each motion, shape (M,).
-        experiment: Motions over whose trees the power at full speed is taken.
+        runs: The runs.
+        experiment: Motions over whose trees power, duration and energy at full speed are taken.
+        home_w: Idle power at HOME. [W]
 
     Returns:
-        Mean, least and largest tree power at full speed [W]; medians over the motions of the duration ratio
-        (slowest over fastest) and of the R2 of a straight line through the rising part; the share of optima inside [%];
-        the median chord from the optimum to the slowest run [W]; the deviation of the motion nearest to the thesis's
-        example (largest relative difference over its three durations and energies) [-].
+        The figures by name, see `reproduction.reference_robot.check`.
     """
-    powers = tree_powers_w(duration_s[experiment], energy_j[experiment], tree[experiment])
-    rows = np.flatnonzero(duration_s[:, -1] > 0)
-    duration, energy = duration_s[rows], energy_j[rows]
-    _, optimal_s, penalty_j = profile_parameters(duration, energy).T
+    duration_tree, energy_tree = of_trees(runs.of(experiment))
+    power = energy_tree / duration_tree
+    moving = runs.of(np.flatnonzero(runs.duration_s[:, -1] > 0))
+    duration, energy = moving.duration_s, moving.energy_j
+    saving_j, optimal_s, penalty_j = profile_parameters(duration, energy).T
     rising = duration[:, 0] > optimal_s
-    chord = penalty_j[rising] / (duration[rising, 0] - optimal_s[rising])
+    chord = float(np.median(penalty_j[rising] / (duration[rising, 0] - optimal_s[rising])))
+    slowed = at_speed_limit(moving, SLOWED)
     return {
-        "mean_power_full_speed_w": float(powers.mean()),
-        "min_tree_power_full_speed_w": float(powers.min()),
-        "max_tree_power_full_speed_w": float(powers.max()),
+        "idle_power_home_w": home_w,
+        "mean_power_full_speed_w": float(power.mean()),
+        "min_tree_power_full_speed_w": float(power.min()),
+        "max_tree_power_full_speed_w": float(power.max()),
+        "mean_tree_duration_s": float(duration_tree.mean()),
+        "min_tree_duration_s": float(duration_tree.min()),
+        "max_tree_duration_s": float(duration_tree.max()),
+        "mean_tree_energy_j": float(energy_tree.mean()),
+        "idle_power_q05_w": float(np.quantile(runs.idle_power_w, 0.05)),
+        "idle_power_q95_w": float(np.quantile(runs.idle_power_w, 0.95)),
+        "median_optimal_duration_s": float(np.median(optimal_s)),
+        "median_saving_j": float(np.median(saving_j)),
+        "median_penalty_j": float(np.median(penalty_j)),
+        "large_saving_j": float(np.quantile(saving_j, LARGE)),
+        "small_saving_j": float(np.quantile(saving_j, SMALL)),
         "duration_ratio_slowest_to_fastest": float(np.median(duration[:, 0] / duration[:, -1])),
+        "duration_ratio_at_60_percent": float(np.median(slowed / duration[:, -1])),
         "optimum_inside_percent": 100.0 * float(inside(duration, energy).mean()),
         "rising_linear_r2": rising_linear_r2(duration, energy),
-        "rising_chord_w": float(np.median(chord)),
+        "rising_slope_over_idle": chord / home_w,
         "example_motion_deviation": float(np.abs(example_deviations(duration, energy)).max(axis=1).min()),
     }
 
 
-def tree_powers_w(duration_s: Array, energy_j: Array, tree: Index) -> Array:
-    """Mean power of each tree at full speed, trees in rising order; arguments as in `energy_model_figures`. [W]"""
-    return np.array([energy_j[tree == t, -1].sum() / duration_s[tree == t, -1].sum() for t in np.unique(tree)])
+def at_speed_limit(runs: TreeRuns, speed_limit: float) -> Array:
+    """Durations at a speed limit, shape (M,): one of those simulated, or the next higher one. [s]"""
+    place = int(np.searchsorted(runs.speed_limit, speed_limit - 1e-9))
+    return runs.duration_s[:, min(place, len(runs.speed_limit) - 1)]
+
+
+def of_trees(runs: TreeRuns) -> tuple[Array, Array]:
+    """Duration [s] and energy [J] of each tree at full speed, trees in rising order."""
+    trees = np.unique(runs.tree, return_inverse=True)[1]
+    sums = [np.bincount(trees, weights=values[:, -1]) for values in (runs.duration_s, runs.energy_j)]
+    return sums[0], sums[1]
 
 
 def inside(duration_s: Array, energy_j: Array) -> NDArray[np.bool_]:
-    """Whether each profile's optimum lies at neither end; arguments as in `energy_model_figures`, result (M,)."""
+    """Whether each profile's optimum, of runs (M, S) by rising speed limit, lies at neither end; shape (M,)."""
     optimal_s = profile_parameters(duration_s, energy_j)[:, 1]
     return np.asarray((optimal_s < duration_s[:, 0]) & (optimal_s > duration_s[:, -1] + 1e-9), dtype=np.bool_)
 

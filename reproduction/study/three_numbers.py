@@ -53,7 +53,7 @@ def motion_features(paths: MotionPaths, slowest_speed_limit: float) -> Array:
     filter_s = paths.timing.robot.drives.filter_time_s
     jerk = np.zeros_like(velocity)
     if rows.size:
-        allowed = paths.timing.acceleration(velocity[rows], rows)
+        allowed = paths.timing.acceleration[rows, None]
         jerk[rows] = allowed / filter_s
         short = velocity[rows] < allowed * filter_s
         acceleration[rows] = np.where(short, np.sqrt(velocity[rows] * jerk[rows]), allowed)

@@ -1,12 +1,15 @@
 """The controller's rule: speed limit -> time law of a motion along a joint-space path.
 
 The speed limit p in (0, 1] scales the joint velocity limits, hence the peak path velocity
-v(p) = p min_j(v_max,j / |q'_j|) with the steepest slopes q'_j. The path acceleration a(v) is the largest constant that
-keeps every joint torque within `torque_use` of its effort limit at every path node, at standstill and at v (but
-`torque_floor` of the effort limit is always left for acceleration), and jerk = a / filter time. As a(v) falls with v, a
-faster peak need not give a shorter motion: the controller raises the peak velocity towards v(p) as long as that
-shortens the motion and the torques of steady motion (gravity, friction, centrifugal) leave `torque_floor` within the
-effort limits. Speed limits above give the same run.
+v(p) = p min_j(v_max,j / |q'_j|) with the steepest slopes q'_j. Every motion has one path acceleration a, whatever its
+speed limit: the largest constant that keeps each joint torque within `torque_use` of its peak limit at every path node,
+at standstill and at the peak velocity of full speed; jerk = a / filter time. The peak velocity of full speed is the
+highest one, up to v(1), at which the run still cruises for a share c = `least_cruise_share` of its duration,
+
+    v T_a(v) <= (1 - c) / (1 + c) ,      T_a = v / a(v) + T_f  (time to reach v) ,
+
+as planners of industrial controllers choose peak velocities with the acceleration they have, and do not search the
+velocity at which torque and time balance. Speed limits above v_1 / v(1) give the same run.
 """
 
 from __future__ import annotations
@@ -21,18 +24,17 @@ from robojoule.errors import InputError
 from robojoule.motion.dynamics import PathTorques
 from robojoule.motion.path import Path
 from robojoule.motion.time_laws import (
-    ROUNDING,
     PathLaw,
     duration_at_peak_s,
     path_law,
+    ramp_time_s,
     reachable_velocity,
 )
-from robojoule.motion.torque_limits import NEVER_BINDS, TorqueLimits, first_reached
+from robojoule.motion.torque_limits import NEVER_BINDS, TorqueLimits
 from robojoule.robots.robot import Robot
 
 DURATION_TOLERANCE_S = 1e-9
-_SEARCH_GRID = np.linspace(0.2, 1.0, 5)
-_BISECTIONS = (4, 6, 28)
+_BISECTIONS = (4, 6, 42)
 _BLOCK = 128  # motions whose torque limits are looked at together: keeps the work arrays in the processor's cache
 
 
@@ -55,23 +57,9 @@ class PathTiming:
         with np.errstate(divide="ignore"):
             self.full_velocity = np.min(robot.velocity_rad_s / path.steepest_rad, axis=1)
 
-    def acceleration(self, velocity: Array, rows: Index) -> Array:
-        """Path acceleration that the drives allow at peak velocities, shapes (M', ...) -> (M', ...). [1/s2]
-
-        Velocities beyond what is reached on the path are not asked for.
-        """
-        limits = self._limits[0].of(rows)
-        columns = velocity.reshape(len(velocity), -1).T
-        return np.stack([limits.acceleration(v) for v in columns], axis=-1).reshape(velocity.shape)
-
     @cached_property
     def _limits(self) -> tuple[TorqueLimits, Array]:
-        """Torque limits that can bind below the highest peak velocities, and these, shape (M,). [1/s]
-
-        The highest peak velocity is the one that the joints' speeds allow, the path lets reach, and with which the
-        torques of steady motion leave the floor within the effort limits of all joints. Where gravity and Coulomb
-        friction alone exceed that, a lower velocity would not help.
-        """
+        """Torque limits that can bind below the highest peak velocities, and these, shape (M,). [1/s]"""
         top = np.where(self.moving, self.full_velocity, 0.0)
         parts = []
         for first in range(0, max(self.motions, 1), _BLOCK):
@@ -81,85 +69,88 @@ class PathTiming:
 
     def _binding_limits(self, block: slice, top: Array) -> TorqueLimits:
         """Limits of a block of motions that can bind up to the velocities `top` (M',) [1/s], which it lowers."""
-        drives, effort = self.robot.drives, self.robot.effort_nm[:, None]
+        drives, peak = self.robot.drives, self.robot.peak_effort_nm[:, None]
         inertia, centrifugal, gravity = np.split(self.torques.values[block], 3, axis=1)
         slope = self.path.slopes_rad(block, self.torques.values_s[block])
 
         def limits(values: Array) -> Array:
             return np.broadcast_to(values, gravity.shape).reshape(len(top), -1)
 
+        standing = gravity + drives.coulomb_nm[:, None] * np.sign(slope)
+        self._check_standing(block, np.abs(standing).max(axis=2))
         every = TorqueLimits(
             inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2[:, None] * slope)), NEVER_BINDS),
-            standing=limits(gravity + drives.coulomb_nm[:, None] * np.sign(slope)),
+            standing=limits(standing),
             viscous=limits(drives.viscous_nm_s_per_rad[:, None] * slope),
             centrifugal=limits(centrifugal),
-            usable=limits(drives.torque_use * effort),
-            floor=limits(drives.torque_floor * effort),
+            peak=limits(peak),
+            usable=limits(drives.torque_use * peak),
+            floor=limits(drives.torque_floor * peak),
         )
         none = np.zeros(len(top))
-        np.minimum(top, reachable_velocity(every.acceleration(none), drives.filter_time_s), out=top)
-        lowest, highest = every.steady_bounds(none, top)
-        room = limits((1.0 - drives.torque_floor) * effort)
-        near = np.flatnonzero((np.maximum(highest, -lowest) > room).any(axis=1))
-        if near.size:
-            top[near] = np.minimum(top[near], first_reached(every.of(near), room[near]).min(axis=1))
-        return every.binding(lowest, highest)
+        within = reachable_velocity(every.acceleration(none), drives.filter_time_s, self._ramp_share)
+        np.minimum(top, within, out=top)
+        return every.binding(*every.steady_bounds(none, top))
+
+    def _check_standing(self, block: slice, standing: Array) -> None:
+        """Refuse motions in whose poses gravity and friction, shape (M', n) [Nm], take all that a joint has."""
+        beyond = (standing >= self.robot.peak_effort_nm) & self.moving[block, None]
+        if beyond.any():
+            motion, joint = (int(number) for number in np.argwhere(beyond)[0])
+            raise InputError(
+                f"{self.robot.joint_names[joint]} of {self.robot.name} cannot move the arm in motion "
+                f"{block.start + motion + 1}: gravity and friction take {standing[motion, joint]:.4g} Nm",
+                allowed=f"less than its peak torque of {self.robot.peak_effort_nm[joint]:.4g} Nm; "
+                "a lighter payload or another pose",
+            )
+
+    @property
+    def _ramp_share(self) -> float:
+        """Largest v T_a(v): what the least share of cruise leaves for the ramps. [-]"""
+        share = self.robot.drives.least_cruise_share
+        return (1.0 - share) / (1.0 + share)
 
     @cached_property
-    def fastest_velocity(self) -> Array:
-        """Peak path velocity at full speed, shape (M,); 0 for motions of zero length. [1/s]
+    def full_speed(self) -> tuple[Array, Array]:
+        """Peak path velocity at full speed [1/s] and path acceleration [1/s2] at every speed limit, shape (M,) each.
 
-        The controller raises the peak velocity towards the limit as long as that shortens the motion.
+        For motions of zero length the velocity is 0 and the acceleration 1.
         """
-        fastest = np.zeros(self.motions)
+        fastest, acceleration = np.zeros(self.motions), np.ones(self.motions)
         rows = np.flatnonzero(self.moving)
         if rows.size == 0:
-            return fastest
-        limits, top = self._limits[0].of(rows), self._limits[1][rows]
-        candidates = top[:, None] * _SEARCH_GRID
-        low, high = self._first_beyond(candidates, limits)
-        # Until a limit falls to its floor, the duration by it alone falls and then rises; behind, it may fall again. A
-        # rise that is too narrow for the grid therefore ends where a limit falls to its floor.
-        floors = first_reached(limits, limits.usable - limits.floor)
-        below = floors < top[:, None]
-        floored = np.flatnonzero(below.any(axis=1))
-        if floored.size:
-            most = int(below.sum(axis=1).max())
-            narrow = np.minimum(np.sort(floors[floored], axis=1)[:, :most] * (1.0 - ROUNDING), top[floored, None])
-            both = np.sort(np.concatenate([candidates[floored], narrow], axis=1), axis=1)
-            low[floored], high[floored] = self._first_beyond(both, limits.of(floored))
+            return fastest, acceleration
+        limits, high = self._limits[0].of(rows), self._limits[1][rows].copy()
+        low = np.where(self._cruises(high, limits), high, 0.0)
         for steps in _BISECTIONS:  # the narrower the bracket, the fewer limits can bind in it
-            limits = limits.binding(*limits.steady_bounds(low, high))
             for _ in range(steps):
                 middle = (low + high) / 2.0
-                beyond = self._beyond(middle, limits)
-                low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-        fastest[rows] = low
-        return fastest
+                cruises = self._cruises(middle, limits)
+                low, high = np.where(cruises, middle, low), np.where(cruises, high, middle)
+            limits = limits.binding(*limits.steady_bounds(low, high))
+        fastest[rows], acceleration[rows] = low, limits.acceleration(low)
+        return fastest, acceleration
 
-    def _first_beyond(self, candidates: Array, limits: TorqueLimits) -> tuple[Array, Array]:
-        """Neighbouring candidates (M', C) [1/s] with the first one beyond the fastest; the last two where none is."""
-        low, high = np.zeros(len(candidates)), candidates[:, -1].copy()
-        open_rows = np.ones(len(candidates), dtype=bool)
-        for v in candidates.T:
-            beyond = self._beyond(v, limits)
-            low = np.where(open_rows & ~beyond, v, low)
-            high = np.where(open_rows & beyond, v, high)
-            open_rows &= ~beyond
-        return low, high
+    def _cruises(self, velocity: Array, limits: TorqueLimits) -> NDArray[np.bool_]:
+        """Whether runs at peak velocities (M',) [1/s] cruise for the least share of their duration."""
+        acceleration = limits.acceleration(velocity)
+        with np.errstate(divide="ignore"):
+            ramp = ramp_time_s(velocity, acceleration, self.robot.drives.filter_time_s)
+        return np.asarray(velocity * ramp <= self._ramp_share, dtype=np.bool_)
 
-    def _beyond(self, velocity: Array, limits: TorqueLimits) -> NDArray[np.bool_]:
-        """Whether a higher peak velocity makes the motion longer, or this one is not reached on the path."""
-        filter_s = self.robot.drives.filter_time_s
-        a, slope = limits.acceleration_and_slope(velocity)
-        plateau = velocity >= a * filter_s
-        root = np.sqrt(filter_s / (velocity * a))
-        ramp = np.where(plateau, velocity / a + filter_s, 2.0 * velocity * root)
-        after_velocity = np.where(plateau, (1.0 - velocity * slope / a) / a, (1.0 - velocity * slope / a) * root)
-        return np.asarray((after_velocity > 1.0 / velocity**2) | (velocity * ramp > 1.0), dtype=np.bool_)
+    @property
+    def fastest_velocity(self) -> Array:
+        """Peak path velocity at full speed, shape (M,); 0 for motions of zero length. [1/s]"""
+        return self.full_speed[0]
+
+    @property
+    def acceleration(self) -> Array:
+        """Path acceleration, the same at every speed limit, shape (M,); 1 for motions of zero length. [1/s2]"""
+        return self.full_speed[1]
 
     def _duration_at(self, velocity: Array, rows: Index) -> Array:
-        return duration_at_peak_s(velocity, self.acceleration(velocity, rows), self.robot.drives.filter_time_s)
+        acceleration = self.acceleration[rows].reshape(-1, *[1] * (velocity.ndim - 1))
+        return duration_at_peak_s(velocity, acceleration, self.robot.drives.filter_time_s)
 
     def peak_velocities(self, speed_limits: ArrayLike) -> Array:
         """Peak path velocity under speed limits.
@@ -237,9 +228,8 @@ class PathTiming:
 
     def law(self, index: int, peak_velocity: float) -> PathLaw:
         """Time law of motion `index` at a peak path velocity [1/s]."""
-        acceleration = float(self.acceleration(np.array([peak_velocity]), np.array([index]))[0])
         length = float(self.travel_rad[index])
-        return path_law(peak_velocity, acceleration, self.robot.drives.filter_time_s, length_rad=length)
+        return path_law(peak_velocity, self.acceleration[index], self.robot.drives.filter_time_s, length_rad=length)
 
     def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
         """Time laws of some motions at peak path velocities.
@@ -251,4 +241,5 @@ class PathTiming:
         Returns:
             The laws, with arrays of shape (M', S, 7).
         """
-        return path_law(peak_velocity, self.acceleration(peak_velocity, rows), self.robot.drives.filter_time_s)
+        acceleration = np.broadcast_to(self.acceleration[rows, None], peak_velocity.shape)
+        return path_law(peak_velocity, acceleration, self.robot.drives.filter_time_s)

@@ -84,9 +84,7 @@ class PathIntegrals:
         timing = paths.timing
         self.filter_s = timing.robot.drives.filter_time_s
         self.peak_velocity = timing.peak_velocities(speed_limits)
-        self.acceleration = np.ones_like(self.peak_velocity)
-        if self.rows.size:
-            self.acceleration[self.rows] = timing.acceleration(self.peak_velocity[self.rows], self.rows)
+        self.acceleration = np.broadcast_to(timing.acceleration[:, None], self.peak_velocity.shape)
         self.duration_s = timing.durations(speed_limits)
         torques = paths.torques
         self.counts = torques.counts

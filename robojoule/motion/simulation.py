@@ -62,7 +62,7 @@ class MotionRuns:
         base_j: Its part drawn by the controller. [J]
         drive_active_j: Its part drawn by the drives for being active. [J]
         peak_power_w: Largest mains power at the quadrature nodes. [W]
-        peak_torque_ratio: Largest |torque| / effort limit over joints and quadrature nodes. [-]
+        peak_torque_ratio: Largest |torque| / peak torque limit over joints and quadrature nodes. [-]
     """
 
     speed_limit: Array
@@ -142,7 +142,8 @@ class MotionPaths:
         start = self.start_rad[rows]
         controller = None if self.timing.robot is self.robot else self.timing.robot
         part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller, self.engines)
-        part.timing.fastest_velocity = self.timing.fastest_velocity[rows]
+        velocity, acceleration = self.timing.full_speed
+        part.timing.full_speed = velocity[rows], acceleration[rows]
         return part
 
     @property
@@ -190,7 +191,7 @@ class MotionPaths:
             return timing.laws(peak_velocity, rows)
         return path_law(
             peak_velocity,
-            timing.acceleration(peak_velocity, rows),
+            np.broadcast_to(timing.acceleration[rows, None], peak_velocity.shape),
             timing.robot.drives.filter_time_s,
             length_rad=timing.travel_rad[rows, None],
             engine=self.engines.time_laws,
@@ -236,7 +237,7 @@ class MotionPaths:
         return {
             **self._energy_parts(law.duration_s.sum(axis=-1), integrals),
             "peak_power_w": mains_power_w(self.robot.drives, bus.max(axis=-1)),
-            "peak_torque_ratio": (peak_torque / self.robot.effort_nm[:, None]).max(axis=1),
+            "peak_torque_ratio": (peak_torque / self.robot.peak_effort_nm[:, None]).max(axis=1),
         }
 
     def _quadrature(self, path_nodes: int) -> RunQuadrature:

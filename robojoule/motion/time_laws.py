@@ -193,17 +193,19 @@ def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time
     return np.where(v * ramp <= 1.0 + ROUNDING, 1.0 / v + ramp, np.inf)
 
 
-def reachable_velocity(acceleration: ArrayLike, filter_time_s: float) -> Array:
-    """Peak velocity of the fastest law without a velocity limit: the largest v with v T_a(v) <= 1.
+def reachable_velocity(acceleration: ArrayLike, filter_time_s: float, ramp_share: float = 1.0) -> Array:
+    """Highest peak velocity with v T_a(v) <= ramp_share; with 1 that of the fastest law without a velocity limit.
 
     Args:
         acceleration: Largest path acceleration. [1/s2]
         filter_time_s: Length of a full jerk phase. [s]
+        ramp_share: Share of the path that both ramps may take. [-]
 
     Returns:
         Velocity, shape of `acceleration`. [1/s]
     """
     a = np.asarray(acceleration, dtype=float)
-    with_plateau = a / 2.0 * (np.sqrt(filter_time_s**2 + 4.0 / a) - filter_time_s)
-    without = (a / filter_time_s / 4.0) ** (1.0 / 3.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        with_plateau = a / 2.0 * (np.sqrt(filter_time_s**2 + 4.0 * ramp_share / a) - filter_time_s)
+    without = (a / filter_time_s * ramp_share**2 / 4.0) ** (1.0 / 3.0)
     return np.where(with_plateau >= a * filter_time_s, with_plateau, without)

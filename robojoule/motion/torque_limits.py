@@ -4,7 +4,8 @@ A joint at a path node limits the path acceleration a at peak path velocity v by
 
     inertia a + max(|standing|, |standing + viscous v + centrifugal v^2|) <= usable ,
 
-standing being gravity and Coulomb friction, but `floor` is always left for `inertia a`. A motion has a limit for every
+standing being gravity and Coulomb friction. Where less than `floor` would be left for `inertia a`, the controller goes
+on up to `peak`: what is left falls to zero there without a step. A motion has a limit for every
 joint and node; only few of them can be the tightest one at some velocity of interest.
 """
 
@@ -30,14 +31,16 @@ class TorqueLimits:
         standing: Torque at standstill. [Nm]
         viscous: Torque per path velocity. [Nm s]
         centrifugal: Torque per squared path velocity. [Nm s2]
-        usable: Largest torque. [Nm]
-        floor: Torque that is always left for acceleration. [Nm]
+        peak: Largest torque that the drive has. [Nm]
+        usable: Largest torque that acceleration may use. [Nm]
+        floor: Torque left for acceleration beyond the usable one, as far as the peak allows. [Nm]
     """
 
     inertia: Array
     standing: Array
     viscous: Array
     centrifugal: Array
+    peak: Array
     usable: Array
     floor: Array
 
@@ -57,7 +60,7 @@ class TorqueLimits:
     @classmethod
     def _fillings(cls, shape: tuple[int, int]) -> TorqueLimits:
         """Limits that never bind."""
-        values = {"inertia": NEVER_BINDS, "usable": 1.0}
+        values = {"inertia": NEVER_BINDS, "peak": 1.0, "usable": 1.0}
         return cls(*(np.full(shape, values.get(field.name, 0.0)) for field in fields(cls)))
 
     def of(self, rows: NDArray[np.intp]) -> TorqueLimits:
@@ -66,25 +69,13 @@ class TorqueLimits:
 
     def acceleration(self, velocity: Array) -> Array:
         """Path acceleration that all limits of a motion allow at a peak velocity, shape (M,). [1/s2]"""
-        return np.asarray(self._accelerations(velocity)[0].min(axis=1))
-
-    def acceleration_and_slope(self, velocity: Array) -> tuple[Array, Array]:
-        """Allowed path acceleration [1/s2] and its derivative after the peak velocity [1/s], each of shape (M,)."""
-        accelerations, moving = self._accelerations(velocity)
-        at = (np.arange(len(velocity)), accelerations.argmin(axis=1))
-        torque = moving[at]
-        falls = (self.usable[at] - np.abs(torque) > self.floor[at]) & (np.abs(torque) > np.abs(self.standing[at]))
-        slope = -np.sign(torque) * (2.0 * self.centrifugal[at] * velocity + self.viscous[at]) / self.inertia[at]
-        return accelerations[at], np.where(falls, slope, 0.0)
-
-    def _accelerations(self, velocity: Array) -> tuple[Array, Array]:
-        """Path acceleration that each limit allows and the torque of steady motion, each of shape (M, K)."""
         v = velocity[:, None]
         moving = self.centrifugal * v
         moving += self.viscous
         moving *= v
         moving += self.standing
-        return self._left(np.maximum(np.abs(moving), np.abs(self.standing))), moving
+        np.abs(moving, out=moving)
+        return np.asarray(self._left(np.maximum(moving, np.abs(self.standing), out=moving)).min(axis=1))
 
     def steady_bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Bounds of the torque of steady motion between two velocities, shapes (M,) [1/s] -> (M, K). [Nm]"""
@@ -107,8 +98,9 @@ class TorqueLimits:
 
     def _left(self, steady: Array) -> Array:
         """Path acceleration that steady torques leave, all of shape (M, K). [1/s2]"""
+        beyond = np.clip(self.peak - steady, 0.0, self.floor)
         np.subtract(self.usable, steady, out=steady)
-        np.maximum(steady, self.floor, out=steady)
+        np.maximum(steady, beyond, out=steady)
         steady /= self.inertia
         return steady
 
@@ -122,20 +114,3 @@ class TorqueLimits:
         for field in fields(self):
             getattr(packed, field.name)[motion, place] = getattr(self, field.name).ravel()[flat]
         return packed
-
-
-def first_reached(limits: TorqueLimits, room: Array) -> Array:
-    """Least velocity at which the torque of steady motion reaches `room` [Nm], shapes (M, K). [1/s]
-
-    Infinite where it never does, and where it is beyond already at standstill.
-    """
-    a, b, c = limits.centrifugal, limits.viscous, limits.standing
-    found = np.full(c.shape, np.inf)
-    for side in (-1.0, 1.0):
-        offset = c + side * room
-        with np.errstate(invalid="ignore", divide="ignore"):
-            root = np.sqrt(b**2 - 4.0 * a * offset)
-            for q in (-(b + root) / 2.0, -(b - root) / 2.0):  # the two ways that lose no digits
-                for v in (q / a, offset / q):
-                    found = np.where((v > 0.0) & (v < found), v, found)
-    return np.where(np.abs(c) < room, found, np.inf)

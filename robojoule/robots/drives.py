@@ -32,6 +32,8 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 
+LEAST_CRUISE_SHARE = 0.1  # of controllers of which nothing else is known
+
 Gradient = dict[str, Array]
 """Derivatives of powers [W] or energies [J] by the names of `DriveParameters`."""
 
@@ -50,9 +52,10 @@ class DriveParameters:
         drive_active_power_w: Additional constant power while moving. [W]
         inverter_efficiency: Share of mains power that reaches the DC bus. [-]
         regeneration_efficiency: Share of surplus bus power returned to the mains. [-]
-        torque_use: Share of the effort limit that the controller's acceleration may use. [-]
-        torque_floor: Share of the effort limit always left for acceleration. [-]
+        torque_use: Share of the peak torque that the controller's acceleration may use. [-]
+        torque_floor: Share of the peak torque left for acceleration where less would be, as far as the peak allows. [-]
         filter_time_s: Acceleration divided by jerk: length of a jerk phase. [s]
+        least_cruise_share: Least share of a run's duration at constant velocity; it caps the velocity at full speed. [-]
         load_friction: Friction per transmitted torque (gear mesh loss), shape (n,) or one value for all joints. [-]
     """
 
@@ -68,6 +71,7 @@ class DriveParameters:
     torque_use: float
     torque_floor: float
     filter_time_s: float
+    least_cruise_share: float = LEAST_CRUISE_SHARE
     load_friction: Array | float = 0.0
 
     def friction_nm(self, direction: Array, velocity_rad_s: Array, load_nm: Array) -> Array:

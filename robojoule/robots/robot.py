@@ -84,6 +84,8 @@ class Robot:
         limits = [(joint.lower_rad, joint.upper_rad, joint.velocity_rad_s, joint.effort_nm) for joint in joints]
         columns = (frozen(column) for column in np.array(limits, dtype=float).T)
         self.lower_rad, self.upper_rad, self.velocity_rad_s, self.effort_nm = columns
+        peaks = [joint.peak_effort_nm for joint in joints]
+        self.peak_effort_nm = frozen([own or peak for own, peak in zip(peaks, self.effort_nm, strict=True)])
         self.home_rad = frozen(file.home_rad)
         self.drives = _drives(file, self.joint_names)
         self.mechanism = assemble(file, self.source)
@@ -98,11 +100,18 @@ class Robot:
         """The arm as a Pinocchio model; see `Mechanism.model`."""
         return self.mechanism.model
 
-    def variant(self, *, drives: DriveParameters | None = None, mechanism: Mechanism | None = None) -> Robot:
-        """The robot with other drives or another mechanism, everything else shared."""
+    def variant(
+        self,
+        *,
+        drives: DriveParameters | None = None,
+        mechanism: Mechanism | None = None,
+        peak_effort_nm: Array | None = None,
+    ) -> Robot:
+        """The robot with other drives, another mechanism or other peak torques, everything else shared."""
         variant = copy.copy(self)
         variant.drives = drives if drives is not None else self.drives
         variant.mechanism = mechanism if mechanism is not None else self.mechanism
+        variant.peak_effort_nm = peak_effort_nm if peak_effort_nm is not None else self.peak_effort_nm
         return variant
 
     def check_configuration(self, q: ArrayLike, where: str = "configuration") -> Array:
@@ -165,4 +174,5 @@ def _drives(file: RobotFile, joint_names: tuple[str, ...]) -> DriveParameters:
         torque_use=drives.torque_use,
         torque_floor=drives.torque_floor,
         filter_time_s=drives.filter_time_s,
+        least_cruise_share=drives.least_cruise_share,
     )

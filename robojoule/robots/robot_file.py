@@ -10,20 +10,21 @@ from pydantic import Field, model_validator
 
 from robojoule.documents import Document
 from robojoule.errors import InputError
+from robojoule.robots.drives import LEAST_CRUISE_SHARE
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 JOINT_TYPES = ("revolute", "fixed")
-FigureGroup = Literal["kinematics", "limits", "effort", "inertia", "capsules", "drives"]
-FigureKind = Literal["published", "composed", "fitted", "scaled", "identified", "stated"]
+FigureGroup = Literal["kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives"]
+FigureKind = Literal["published", "composed", "fitted", "scaled", "identified", "stated", "assumed"]
 
 
 class Provenance(Document):
     """Where a group of figures comes from.
 
     Kinds: published by the vendor or in the literature; composed from published figures of siblings; fitted on
-    published totals; scaled from anchors by law; identified from measurements; stated by whoever wrote the file.
+    published totals; scaled from anchors by law; identified from measurements; stated by whoever wrote the file; assumed where nothing is known.
     """
 
     kind: FigureKind
@@ -68,6 +69,7 @@ class JointFile(Document):
     upper_rad: float | None = None
     velocity_rad_s: Positive | None = None
     effort_nm: Positive | None = None
+    peak_effort_nm: Positive | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -78,7 +80,7 @@ class JointFile(Document):
         name, kind = data.get("name"), data.get("type")
         if isinstance(kind, str) and kind not in JOINT_TYPES:
             raise InputError(f"the joint type '{kind}' is unknown", key=_of_joint(name), allowed=", ".join(JOINT_TYPES))
-        for key in ("velocity_rad_s", "effort_nm"):
+        for key in ("velocity_rad_s", "effort_nm", "peak_effort_nm"):
             value = data.get(key)
             if kind != "fixed" and isinstance(value, (int, float)) and not value > 0:
                 raise InputError(f"{key} is {value}", key=_of_joint(name), allowed="above 0")
@@ -93,6 +95,9 @@ class JointFile(Document):
                 raise InputError(f"{key} is missing", key=_of_joint(self.name))
         if self.lower_rad >= self.upper_rad:  # type: ignore[operator]
             problem = f"lower_rad {self.lower_rad:g} is not below upper_rad {self.upper_rad:g}"
+            raise InputError(problem, key=_of_joint(self.name))
+        if self.peak_effort_nm is not None and self.peak_effort_nm < self.effort_nm:  # type: ignore[operator]
+            problem = f"peak_effort_nm {self.peak_effort_nm:g} is below effort_nm {self.effort_nm:g}"
             raise InputError(problem, key=_of_joint(self.name))
         if sum(a * a for a in self.axis) == 0:
             raise InputError("the axis is zero", key=_of_joint(self.name), allowed="a direction")
@@ -136,6 +141,7 @@ class DrivesFile(Document):
     torque_use: Annotated[float, Field(gt=0, le=1)]
     torque_floor: Annotated[float, Field(gt=0, lt=1)]
     filter_time_s: Positive
+    least_cruise_share: Annotated[float, Field(ge=0, lt=1)] = LEAST_CRUISE_SHARE
     joints: dict[str, JointDriveFile]
 
 

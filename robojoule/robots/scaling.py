@@ -124,6 +124,12 @@ class Scaling:
         return replace(numbers, copper_w_per_nm=self.anchors.copper_share * numbers.motor_speed_rad_s)
 
     @cached_property
+    def peak_over_effort(self) -> float:
+        """Peak over continuous torque of the fitted reference robot, the same for all of its joints. [-]"""
+        joint = self.reference.moving_joints[0]
+        return (joint.peak_effort_nm or 0.0) / (joint.effort_nm or 1.0)
+
+    @cached_property
     def kr300_limits(self) -> tuple[Array, Array]:
         """Effort [Nm] and speed limits [rad/s] of the KR300, interpolated over the rated payload."""
         small, large = (self.files[name] for name in self.anchors.kr300_between)
@@ -228,6 +234,9 @@ class Scaling:
             for joint, effort in zip(joints, self.effort_nm(name), strict=True):
                 joint["effort_nm"] = _rounded(effort)
             data["provenance"]["effort"]["note"] = _EFFORT_NOTE
+        for joint in joints:  # limits of collaborative arms are those of their safety functions: there is no more
+            joint["peak_effort_nm"] = _rounded(joint["effort_nm"] * (1.0 if cobot else self.peak_over_effort))
+        data["provenance"]["peak_effort"] = {"kind": "assumed", "note": _COBOT_PEAK_NOTE if cobot else _PEAK_NOTE}
         file = parse(RobotFile, data, name)
         effort, velocity = limits(file)
         numbers = self.numbers(name, effort).drives(effort, velocity)
@@ -246,6 +255,7 @@ class Scaling:
             "torque_use": reference.torque_use,
             "torque_floor": reference.torque_floor,
             "filter_time_s": _rounded(reference.filter_time_s * file.reach_m / self.reference.reach_m),
+            "least_cruise_share": reference.least_cruise_share,
             "joints": {
                 joint["name"]: {key: _rounded(values[index]) for key, values in numbers.items()}
                 for index, joint in enumerate(joints)
@@ -261,6 +271,8 @@ _EFFORT_NOTE = (
     "its largest gravity torque, the others in proportion; constants are medians over arms with published limits "
     "(robojoule.robots.scaling)"
 )
+_PEAK_NOTE = "published limits taken as continuous; peak over continuous torque as fitted for the KR16 R2010"
+_COBOT_PEAK_NOTE = "published limits taken as peak limits"
 _INDUSTRIAL_NOTE = (
     "scaled between the fitted KR16 R2010 and the identified KR300 R2500 by similarity (robojoule.robots.scaling)"
 )

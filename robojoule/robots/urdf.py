@@ -51,6 +51,7 @@ class LimitsFile(Document):
     upper_rad: float | None = None
     velocity_rad_s: Positive | None = None
     effort_nm: Positive | None = None
+    peak_effort_nm: Positive | None = None
 
 
 class UrdfDriveFile(Document):
@@ -203,6 +204,8 @@ def _joint_limits(
                 problem, file=path, key=key, allowed=f"limits.{element.get('name')}.{field} in {companion}"
             )
         result[field] = value
+    if own.peak_effort_nm is not None:
+        result["peak_effort_nm"] = own.peak_effort_nm
     return result
 
 

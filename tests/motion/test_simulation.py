@@ -9,7 +9,6 @@ import pytest
 from robojoule.errors import InputError
 from robojoule.motion.quadrature import RunQuadrature
 from robojoule.motion.simulation import Engines, MotionPaths
-from robojoule.motion.time_laws import duration_at_peak_s
 from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload
 from tests.core_cases import HARD_MOTIONS_DEG, SPEED_LIMITS, hard_paths, kr16, random_motions
@@ -166,52 +165,9 @@ def test_durations_fall_with_the_speed_limit_and_torques_keep_their_limit(paths,
     assert paths.durations(SPEED_LIMITS) == pytest.approx(runs.duration_s, abs=1e-9)
 
 
-def test_steady_torques_leave_the_floor_within_the_effort_limit():
-    """A robot with much viscous friction beside gravity: it has to run slower than its joints and its time ask for."""
-    heavy = load_robot("kuka_kr210_r2700_2", Payload(126.0))
-    paths = MotionPaths(heavy, *random_motions(heavy, 200))
-    assert paths.simulate(SPEED_LIMITS).peak_torque_ratio.max() <= 1.0
-    delta, drives = paths.delta_rad[:, None, :], heavy.drives
-    _, centrifugal, gravity = paths.torques.at_nodes
-    standing = gravity + drives.coulomb_nm * np.sign(delta)
-    velocity = paths.timing.fastest_velocity[:, None, None]
-    steady = np.abs(standing + velocity * drives.viscous_nm_s_per_rad * delta + velocity**2 * centrifugal)
-    room = (1.0 - drives.torque_floor) * heavy.effort_nm
-    assert np.all(steady <= np.where(np.abs(standing) < room, room * (1 + 1e-9), np.inf))
-
-
 def test_durations_never_rise_with_the_speed_limit(robot):
-    """Also where the torque floor makes the duration fall again behind a narrow rise."""
     paths = MotionPaths(robot, *random_motions(robot, 400, seed=4))
     assert np.diff(paths.durations(np.linspace(0.02, 1.0, 300)), axis=1).max() <= 1e-12
-
-
-@pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "kuka_kr500_r2800_2", "ur_ur10e"])
-def test_fastest_peak_velocity_is_where_the_duration_begins_to_rise(name):
-    """Against a scan over velocities, from the definition of the limits at every node and joint."""
-    robot = load_robot(name, Payload(8.0))
-    paths = MotionPaths(robot, *random_motions(robot, 60, seed=9))
-    drives, delta = robot.drives, paths.delta_rad[:, None, :]
-    inertia, centrifugal, gravity = paths.torques.at_nodes
-    inertia = np.abs(inertia + drives.reflected_inertia_kg_m2 * delta)
-    standing = gravity + drives.coulomb_nm * np.sign(delta)
-    fastest, scale = paths.timing.fastest_velocity, np.append(np.linspace(0.02, 1.0, 800), 1.00001)
-    durations = []
-    for v in scale[:, None] * fastest:
-        moving = standing + v[:, None, None] * (drives.viscous_nm_s_per_rad * delta + v[:, None, None] * centrifugal)
-        left = drives.torque_use * robot.effort_nm - np.maximum(np.abs(standing), np.abs(moving))
-        a = (np.maximum(left, drives.torque_floor * robot.effort_nm) / inertia).min(axis=(1, 2))
-        durations.append(duration_at_peak_s(v, a, drives.filter_time_s))
-    durations = np.array(durations)
-    assert np.diff(durations[:-1], axis=0).max() <= 1e-12
-    ends = (durations[-1] > durations[-2]) | np.isclose(fastest, paths.timing.full_velocity)
-    room = (1.0 - drives.torque_floor) * robot.effort_nm
-    steady = np.abs(
-        standing
-        + fastest[:, None, None] * (drives.viscous_nm_s_per_rad * delta)
-        + fastest[:, None, None] ** 2 * centrifugal
-    )
-    assert np.all(ends | (steady > room * (1 - 1e-9)).any(axis=(1, 2)))
 
 
 def test_joint_velocities_keep_the_speed_limit(robot, paths):

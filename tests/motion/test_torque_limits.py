@@ -1,9 +1,11 @@
 """Torque limits against brute force over limits and velocities."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
-from robojoule.motion.torque_limits import TorqueLimits, first_reached
+from robojoule.motion.torque_limits import TorqueLimits
 
 SHAPE = (60, 12)
 
@@ -16,6 +18,7 @@ def limits():
         standing=rng.normal(0.0, 120.0, SHAPE),
         viscous=rng.normal(0.0, 40.0, SHAPE),
         centrifugal=rng.normal(0.0, 40.0, SHAPE),
+        peak=np.full(SHAPE, 300.0),
         usable=np.full(SHAPE, 270.0),
         floor=np.full(SHAPE, 45.0),
     )
@@ -25,12 +28,11 @@ def allowed(limits: TorqueLimits, motion: int, velocity: float) -> float:
     """The definition, limit by limit."""
     accelerations = []
     for k in range(SHAPE[1]):
-        inertia, standing, viscous, centrifugal, usable, floor = (
-            getattr(limits, name)[motion, k]
-            for name in ("inertia", "standing", "viscous", "centrifugal", "usable", "floor")
+        inertia, standing, viscous, centrifugal, peak, usable, floor = (
+            getattr(limits, field.name)[motion, k] for field in fields(TorqueLimits)
         )
         steady = max(abs(standing), abs(standing + viscous * velocity + centrifugal * velocity**2))
-        accelerations.append(max(usable - steady, floor) / inertia)
+        accelerations.append(max(usable - steady, min(floor, max(peak - steady, 0.0))) / inertia)
     return min(accelerations)
 
 
@@ -40,17 +42,6 @@ def test_acceleration_is_that_of_the_tightest_limit(limits):
     assert limits.acceleration(velocity) == pytest.approx(expected, rel=1e-13)
 
 
-def test_slope_is_the_derivative(limits):
-    velocity, step = np.linspace(0.05, 2.0, SHAPE[0]), 1e-7
-    acceleration, slope = limits.acceleration_and_slope(velocity)
-    before, after = limits.acceleration(velocity - step), limits.acceleration(velocity + step)
-    assert acceleration == pytest.approx(limits.acceleration(velocity), rel=1e-13)
-    smooth = np.abs((after - acceleration) - (acceleration - before)) < 1e-9  # not where the tightest limit changes
-    assert smooth.mean() > 0.9
-    assert slope[smooth] == pytest.approx(((after - before) / (2 * step))[smooth], abs=1e-5)
-    assert np.any(slope[smooth] < 0) and np.any(slope[smooth] == 0)
-
-
 @pytest.mark.parametrize(("low", "high"), [(0.0, 2.0), (0.7, 0.9), (1.3, 1.3)])
 def test_binding_limits_allow_the_same_between_the_velocities(limits, low, high):
     few = limits.binding(*limits.steady_bounds(np.full(SHAPE[0], low), np.full(SHAPE[0], high)))
@@ -58,19 +49,12 @@ def test_binding_limits_allow_the_same_between_the_velocities(limits, low, high)
     for velocity in np.linspace(low, high, 23):
         v = np.full(SHAPE[0], velocity)
         assert np.array_equal(few.acceleration(v), limits.acceleration(v))
-        for found, expected in zip(few.acceleration_and_slope(v), limits.acceleration_and_slope(v), strict=True):
-            assert np.array_equal(found, expected)
 
 
-def test_first_reached_is_the_least_crossing(limits):
-    room = np.full(SHAPE, 170.0)
-    found = first_reached(limits, room)
-    velocity = np.linspace(0.0, 5.0, 5001)[:, None, None]
-    beyond = np.abs(limits.standing + limits.viscous * velocity + limits.centrifugal * velocity**2) >= room
-    first = np.where(beyond.any(axis=0), velocity[beyond.argmax(axis=0), 0, 0], np.inf)
-    late = ~beyond[0]
-    assert np.all(np.isinf(found[~late]))
-    crossed = late & np.isfinite(first)
-    assert crossed.sum() > 100
-    assert np.all((found[crossed] <= first[crossed]) & (found[crossed] >= first[crossed] - 0.001 - 1e-12))
-    assert np.all(found[late & ~np.isfinite(first)] > 4.9)
+def test_what_is_left_falls_to_zero_at_the_peak_without_a_step(limits):
+    one = TorqueLimits(*(np.array([[value]]) for value in (2.0, 0.0, 1.0, 0.0, 300.0, 270.0, 45.0)))
+    torque = np.linspace(0.0, 320.0, 3201)
+    left = 2.0 * np.array([one.acceleration(np.array([value]))[0] for value in torque])
+    assert left[torque == 100.0] == 170.0 and left[torque == 240.0] == 45.0 and left[torque == 290.0] == 10.0
+    assert np.all(left[torque >= 300.0] == 0.0)
+    assert np.abs(np.diff(left)).max() <= 0.1 + 1e-9
