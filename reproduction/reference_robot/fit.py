@@ -163,12 +163,12 @@ def fit_parameters(setup: FitSetup, robot: Robot) -> ParameterVector:
     return ParameterVector(nominal, tuple(groups))
 
 
-def set_drives(robot: Robot, setup: FitSetup, values: Mapping[str, ArrayLike]) -> None:
-    """Give the robot the drives of parameter values; base power closes idle at HOME on its published value."""
-    robot.drives = fit_parameters(setup, robot).drives_of(values)
+def with_drives(robot: Robot, setup: FitSetup, values: Mapping[str, ArrayLike]) -> Robot:
+    """The robot with the drives of parameter values; base power closes idle at HOME on its published value."""
+    drives = fit_parameters(setup, robot).drives_of(values)
     low, high = BOUNDS["idle_power_home_w"]
-    base = (low + high) / 2.0 - idle_power_home_w(robot)
-    robot.drives = dataclasses.replace(robot.drives, base_power_w=base)
+    base = (low + high) / 2.0 - idle_power_home_w(robot.variant(drives=drives))
+    return robot.variant(drives=dataclasses.replace(drives, base_power_w=base))
 
 
 def idle_power_home_w(robot: Robot) -> float:
@@ -236,8 +236,7 @@ def fitted_values(setup: FitSetup, *, progress: bool = False) -> tuple[dict[str,
         return {name: float(f"{value.item():.4g}") for name, value in vector.values(shares).items()}
 
     def cost(shares: Array) -> float:
-        set_drives(robot, setup, values_at(shares))
-        outside = misses(robot, motions, setup)[1]
+        outside = misses(with_drives(robot, setup, values_at(shares)), motions, setup)[1]
         return float((outside**2).sum() + settings.prior_weight * ((shares - prior) ** 2).sum())
 
     def report(text: str, least: float) -> None:
@@ -283,8 +282,7 @@ def main() -> None:
     """Fit, write the catalog entry's drives and the fit's residuals."""
     setup = fit_setup()
     values, costs = fitted_values(setup, progress=True)
-    robot = load_robot(setup.robot, Payload(setup.payload_kg))
-    set_drives(robot, setup, values)
+    robot = with_drives(load_robot(setup.robot, Payload(setup.payload_kg)), setup, values)
     path = catalog_path(setup.robot)
     document = json.loads(path.read_text(encoding="utf-8"))
     document["drives"] = drives_document(robot)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reproduction.reference_robot.fit import BOUNDS, FOLDER, fit_setup, fit_trees, fitted_values, misses, set_drives
+from reproduction.reference_robot.fit import BOUNDS, FOLDER, fit_setup, fit_trees, fitted_values, misses, with_drives
 from robojoule.documents import read_document
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -38,8 +38,7 @@ def test_every_fitted_figure_is_a_target():
 
 def test_the_catalog_holds_the_fitted_drives(fitted):
     setup, robot, _, document = fitted
-    again = load_robot(setup.robot, Payload(setup.payload_kg))
-    set_drives(again, setup, document["parameters"])
+    again = with_drives(load_robot(setup.robot, Payload(setup.payload_kg)), setup, document["parameters"])
     for name in ("gear_ratio", "rotor_inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2"):
         assert getattr(robot.drives, name) == pytest.approx(getattr(again.drives, name), rel=1e-5)
     for name in ("base_power_w", "drive_active_power_w", "inverter_efficiency", "filter_time_s", "torque_use"):
@@ -72,8 +71,7 @@ def test_the_fit_beats_its_prior(fitted):
     setup, _, motions, _ = fitted
     robot = load_robot(setup.robot, Payload(setup.payload_kg))
     _, found = misses(robot, motions, setup)
-    set_drives(robot, setup, priors(setup))
-    _, at_prior = misses(robot, motions, setup)
+    _, at_prior = misses(with_drives(robot, setup, priors(setup)), motions, setup)
     assert (found**2).sum() < 0.1 * (at_prior**2).sum()
 
 
