@@ -29,6 +29,7 @@ _SUFFIXES = (".yaml", ".yml", ".json")
 MOST_BYTES = 64 * 2**20  # of a file that is read as a whole
 _MOST_YAML_BYTES = 4 * 2**20  # YAML needs some hundred bytes of memory for each of its own
 _DEEPEST = 64  # lists and mappings within each other
+_MOST_VALUES = 1_000_000
 _LARGEST = 1e12  # no figure of a robot or a program comes near
 
 
@@ -76,24 +77,40 @@ def read_document(path: str | Path) -> Any:
         if is_json:
             data = json.loads(text, object_pairs_hook=_unique_pairs)
         else:
+            _check_yaml(text)
             data = yaml.load(text, Loader=_UniqueKeyLoader)  # a CSafeLoader: builds plain data only
         _check_values(data)
     except InputError as error:
-        raise InputError(error.problem, file=path, key=error.key) from None
+        raise InputError(error.problem, file=path, key=error.key, allowed=error.allowed) from None
     except RecursionError:
         raise _too_deep(path) from None
-    except (ValueError, yaml.YAMLError) as error:  # a ValueError also for integers of too many digits
+    except (json.JSONDecodeError, yaml.YAMLError) as error:
         raise _unreadable(path, error) from None
+    except ValueError:
+        raise InputError("a number has too many digits, or a date does not exist", file=path) from None
     return data
 
 
+def _check_yaml(text: str) -> None:
+    """Refuse lists in lists without end before the loader, which calls itself for each, runs out of its stack."""
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.CSafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise _too_deep()
+
+
 def _check_values(data: Any) -> None:
-    """Refuse what no file of figures holds: lists in lists without end, numbers beyond all bounds."""
+    """Refuse what no file of figures holds: lists in lists or values without end, numbers beyond all bounds."""
     pending: list[tuple[tuple[Any, ...], Any]] = [((), data)]
+    seen = 0
     while pending:
         place, value = pending.pop()
+        seen += 1
         if len(place) > _DEEPEST:
             raise _too_deep()
+        if seen > _MOST_VALUES:  # a short file may repeat a list of lists of lists ... by its name
+            raise InputError("the file holds too many values", allowed=f"at most {_MOST_VALUES}")
         if isinstance(value, (dict, list)):
             children = value.items() if isinstance(value, dict) else enumerate(value)
             pending += [((*place, key), child) for key, child in children]
@@ -257,6 +274,8 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     temporary: Path | None = None
     try:
+        if path.is_dir():  # or other files of a set would be renamed before this one fails
+            raise InputError("this is a folder, not a file", file=path)
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
         os.close(handle)

@@ -110,15 +110,13 @@ def unknown_name(what: str, name: str, known: Iterable[str], allowed: str | None
     names = list(known)
     alike = sorted((-_likeness(name[:_SHOWN], one), one) for one in names)
     near = [one for likeness, one in alike[:3] if -likeness >= _ALIKE]
-    hint = f": did you mean {' or '.join(near)}?" if near else ""
+    hint = f" (did you mean {' or '.join(near)}?)" if near else ""
     return InputError(f"unknown {what} {shown(name)}{hint}", allowed=allowed or ", ".join(names))
 
 
 def _likeness(name: str, known: str) -> float:
     """How much a name looks like a known one or like a part of it, 1 being the same. [-]"""
-    plain, whole, *parts = (
-        "".join(filter(str.isalnum, text.lower())) for text in (name, known, *known.split("_")) if text
-    )
+    plain, whole, *parts = ("".join(filter(str.isalnum, text.lower())) for text in (name, known, *known.split("_")))
     if not plain:
         return 0.0
     found = max(SequenceMatcher(None, plain, text).ratio() for text in (whole, *parts))

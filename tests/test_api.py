@@ -159,7 +159,7 @@ BAD = {
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
     "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .parquet"),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),
-    "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17': did you mean "),
+    "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17' (did you mean "),
     "payload": (
         lambda r: rj.load_robot(ROBOT, payload_kg=-1),
         "payload: -1 is not a valid payload mass; allowed: 0 kg",

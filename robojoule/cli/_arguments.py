@@ -104,7 +104,7 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
     Raises:
         InputError: A wrong suffix, a missing folder or package, or a file that is read or written by another argument.
     """
-    read = {name: [Path(path)] for name in inputs if (path := getattr(arguments, name)) is not None}
+    read = {name: [as_path(path, name)] for name in inputs if (path := getattr(arguments, name)) is not None}
     if "robot" in read:
         from robojoule.robots.urdf import DRIVE_FILE_SUFFIXES
 

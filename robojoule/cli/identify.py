@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_robot, check_outputs, number, numbers, robot_of
+from robojoule.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +37,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.plots.identification import PLOT_SUFFIXES, drawing_of
 
     check_outputs(arguments, ["log", "robot"], {"out": [".json", ".yaml", ".yml"], "plot": PLOT_SUFFIXES})
+    if arguments.name is not None and not arguments.name.strip():
+        raise InputError("a robot needs a name", key="--name")
     robot = robot_of(arguments)
     log = read_log(arguments.log, robot, arguments.torque_constants)
     result = identify(log, robot, smoothing_s=arguments.smoothing, window_s=arguments.window)

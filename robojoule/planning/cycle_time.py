@@ -24,7 +24,7 @@ def cycle_time_s(asked: float | str, *, given_s: float, least_s: float) -> float
     text = asked.strip() if isinstance(asked, str) else ""
     relative = text.startswith("+") and text.endswith("%")
     try:
-        value = number_of(text[1:-1] if relative else text.replace("+", "?")) if text else real(asked)
+        value = number_of((text[1:-1] if relative else text).replace("+", "?")) if text else real(asked)
     except ValueError:  # "+10" alone may mean either
         value = math.nan
     if not 0.0 <= value < math.inf or (value == 0.0 and not relative):

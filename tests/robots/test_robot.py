@@ -76,7 +76,7 @@ def test_bad_configurations(q, message):
 
 @pytest.mark.parametrize("name", ["kr16 r2010", "KUKA_KR16_R2010_2", "kr16_r2010_2", "kuka kr16-2010", "kr17"])
 def test_an_unknown_robot_is_told_its_near_names(name):
-    with pytest.raises(InputError, match=r"^unknown robot '.*': did you mean .*kuka_kr16_r2010_2"):
+    with pytest.raises(InputError, match=r"^unknown robot '.*' \(did you mean .*kuka_kr16_r2010_2"):
         load_robot(name)
 
 
