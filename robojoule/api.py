@@ -6,14 +6,18 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robojoule.arrays import as_array
 from robojoule.errors import InputError
+from robojoule.inputs import shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
@@ -22,7 +26,7 @@ from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
-from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.program import Program
 from robojoule.robots.robot import Robot
 
@@ -33,6 +37,31 @@ if TYPE_CHECKING:
 RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
 
 
+class _Result(Protocol):
+    def to_dict(self) -> dict[str, Any]: ...
+
+
+Asked = ParamSpec("Asked")
+Found = TypeVar("Found", bound=_Result)
+
+
+def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
+    """Refuse figures of robots and programs, each within its bounds, that together give results beyond all bounds."""
+
+    @wraps(call)
+    def checked(*args: Asked.args, **named: Asked.kwargs) -> Found:
+        with np.errstate(all="ignore"):
+            result = call(*args, **named)
+        try:
+            json.dumps(result.to_dict(), allow_nan=False)
+        except ValueError:
+            raise InputError("the result is not finite: a figure of the robot is beyond all bounds") from None
+        return result
+
+    return checked
+
+
+@_finite
 def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -49,7 +78,7 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    batch = _batch(program, robot)  # the motions and their optimisation graph
+    batch = _moving(program, robot)  # the motions and their optimisation graph
     at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
@@ -74,6 +103,7 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
     )
 
 
+@_finite
 def simulate(program: Program, robot: Robot) -> CycleRun:
     """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
 
@@ -87,6 +117,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
 
 
+@_finite
 def pareto(program: Program, robot: Robot) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
@@ -97,9 +128,10 @@ def pareto(program: Program, robot: Robot) -> TradeOff:
     Raises:
         InputError: The program does not fit the robot.
     """
-    return trade_offs(_batch(program, robot))[0]
+    return trade_offs(_moving(program, robot))[0]
 
 
+@_finite
 def energy_profile(
     robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
 ) -> EnergyProfile:
@@ -117,11 +149,13 @@ def energy_profile(
     """
     robot = _checked_robot(robot)
     first, last = (
-        robot.check_configuration(_radians(q) if degrees else q, where) for q, where in ((start, "start"), (end, "end"))
+        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if degrees else q, where)
+        for q, where in ((start, "start"), (end, "end"))
     )
     return simulated_profile(robot, first, last, points)
 
 
+@_finite
 def identify(
     log: str | Path | MeasuredLog,
     robot: Robot,
@@ -143,11 +177,13 @@ def identify(
         InputError: The log cannot be read, is too short or contradicts itself.
     """
     from robojoule.calibration import identification  # late: brings scipy
-    from robojoule.calibration.log import read_log
+    from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
     from robojoule.calibration.signals import WINDOW_S
 
     robot = _checked_robot(robot)
-    if isinstance(log, str | Path):
+    if torque_constants is not None:
+        check_torque_constants(torque_constants, robot)
+    if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
     window = WINDOW_S if window_s is None else window_s
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
@@ -156,20 +192,20 @@ def identify(
 def _batch(program: Program, robot: Robot) -> TreeBatch:
     """The motions and the optimisation graph of a program, checked against its robot."""
     if not isinstance(program, Program):
-        raise InputError(f"{program!r} is not a program", key="program", allowed="what load_program returns")
+        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
     program.check(_checked_robot(robot))
     return TreeBatch(robot, [program.tree])
 
 
+def _moving(program: Program, robot: Robot) -> TreeBatch:
+    """The same of a program that has something to plan."""
+    batch = _batch(program, robot)
+    if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
+        raise InputError("there is no motion: all positions of the program are the same", file=program.path)
+    return batch
+
+
 def _checked_robot(robot: Robot) -> Robot:
     if not isinstance(robot, Robot):
-        raise InputError(f"{robot!r} is not a robot", key="robot", allowed="what load_robot returns")
+        raise InputError(f"{shown(robot)} is not a robot", key="robot", allowed="what load_robot returns")
     return robot
-
-
-def _radians(degrees: ArrayLike) -> ArrayLike:
-    try:
-        radians: ArrayLike = np.radians(np.asarray(degrees, dtype=float))
-    except (TypeError, ValueError):
-        return degrees  # the robot says what is wrong with them
-    return radians

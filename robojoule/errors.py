@@ -5,6 +5,9 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
+LONGEST_MESSAGE = 260  # characters: with the name of a command before it, a message stays under 300
+_SHORTEST_PART = 40
+
 
 class RobojouleError(Exception):
     """Base of everything that robojoule raises on purpose."""
@@ -32,9 +35,23 @@ class InputError(RobojouleError):
         self.file = str(file) if file is not None else None
         self.key = key
         self.allowed = allowed
-        where = ", ".join(part for part in (self.file, key) if part)
-        message = f"{where}: {problem}" if where else problem
-        super().__init__(f"{message}; allowed: {allowed}" if allowed else message)
+        said, *places, right = _fitting(problem, self.file, key, allowed)
+        where = ", ".join(filter(None, places))
+        message = f"{where}: {said}" if where else said
+        super().__init__(f"{message}; allowed: {right}" if right else message)
+
+
+def _fitting(*parts: str | None) -> list[str]:
+    """Problem, file and other parts of a message on one line, control characters escaped, cut until they fit.
+
+    The name of the file is cut first, then the longest part.
+    """
+    texts = ["".join(c if c.isprintable() else ascii(c)[1:-1] for c in part or "") for part in parts]
+    while (excess := sum(map(len, texts)) - LONGEST_MESSAGE) > 0:
+        place = 1 if len(texts[1]) > _SHORTEST_PART else max(range(len(texts)), key=lambda i: len(texts[i]))
+        kept = max(len(texts[place]) - excess, _SHORTEST_PART) - 3
+        texts[place] = f"{texts[place][: kept // 2]}...{texts[place][-(kept - kept // 2) :]}"
+    return texts
 
 
 class MissingPackage(InputError):

@@ -151,7 +151,7 @@ BAD = {
     "cycle time": (lambda r: rj.optimize(PROGRAM, r, cycle_time="soon"), "cycle_time: 'soon' is not a valid cycle"),
     "too short": (lambda r: rj.optimize(PROGRAM, r, cycle_time=1), "the cycle time 1 s is shorter than the fastest"),
     "joints": (lambda r: rj.energy_profile(r, HOME, SHORT), "end: 2 joint positions given, but"),
-    "joint limit": (lambda r: rj.energy_profile(r, FAR, HOME, degrees=True), "start: joint_2 = 1.5708 rad (90.00 deg)"),
+    "joint limit": (lambda r: rj.energy_profile(r, FAR, HOME, degrees=True), "start: joint_2 = 1.5708 rad (90 deg)"),
     "words": (lambda r: rj.energy_profile(r, "home", HOME, degrees=True), "start: joint positions must be numbers"),
     "not a number": (lambda r: rj.energy_profile(r, HOME, HOME * np.nan), "end: joint_1 is not a finite number"),
     "no motion": (lambda r: rj.energy_profile(r, HOME, HOME), "start and end are the same: there is no motion"),
@@ -159,8 +159,11 @@ BAD = {
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
     "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .parquet"),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),
-    "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17'; allowed: "),
-    "payload": (lambda r: rj.load_robot(ROBOT, payload_kg=-1), "the payload mass -1 is not a mass; allowed: 0 kg"),
+    "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17' (did you mean "),
+    "payload": (
+        lambda r: rj.load_robot(ROBOT, payload_kg=-1),
+        "payload: -1 is not a valid payload mass; allowed: 0 kg",
+    ),
 }
 
 

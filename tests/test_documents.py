@@ -1,10 +1,13 @@
 """Files in and out: messages for people, atomic writes."""
 
+from pathlib import Path
+
 import pytest
 from pydantic import Field
 
-from robojoule.documents import Document, atomic_path, load, read_document, write_document
+from robojoule.documents import Document, atomic_path, check_output, load, read_document, write_document, write_files
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.inputs import as_path
 
 
 class Inner(Document):
@@ -76,10 +79,50 @@ def test_a_failed_write_leaves_nothing_behind(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out.txt"]
 
 
-def test_where_nothing_can_be_written(tmp_path):
+def test_several_files_are_written_all_or_none(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "a.txt").write_text("before")
+    for name, text, message in (
+        ("folder", "text", "this is a folder"),
+        ("b.txt", "\ud800", "the file cannot be written"),
+    ):
+        with pytest.raises(InputError, match=f"{name}: {message}"):
+            write_files({tmp_path / "a.txt": "after", tmp_path / name: text, tmp_path / "c.bin": b"\0"})
+        assert (tmp_path / "a.txt").read_text() == "before"
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["a.txt", "folder"]
+    write_files({tmp_path / "a.txt": "after\n", tmp_path / "c.bin": b"\0"})
+    assert ((tmp_path / "a.txt").read_bytes(), (tmp_path / "c.bin").read_bytes()) == (b"after\n", b"\0")
+
+
+NOT_WRITABLE = {
+    "below a file": "file/out.json",
+    "a folder": "folder.json",
+    "no name": "a\0.json",
+    "long": "x" * 300 + ".json",
+}
+
+
+@pytest.mark.parametrize("name", NOT_WRITABLE.values(), ids=NOT_WRITABLE.keys())
+def test_where_nothing_can_be_written(tmp_path, name):
     (tmp_path / "file").write_text("not a folder")
-    with pytest.raises(InputError, match="the file cannot be written"):
-        write_document(tmp_path / "file" / "out.json", {})
+    (tmp_path / "folder.json").mkdir()
+    refused = r"the file cannot be written|this is a folder|there is no folder|no file can have this name"
+    with pytest.raises(InputError, match=refused):
+        write_document(tmp_path / name, {})
+    with pytest.raises(InputError, match=refused):
+        check_output(as_path(str(tmp_path / name), "out"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.json"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this platform has no device that is always full")
+def test_a_full_disk_is_said(tmp_path):
+    """The device stands for the temporary file: writing to it fails as on a full disk."""
+    message = r"out\.txt: the file cannot be written \(No space left on device\)"
+    with pytest.raises(InputError, match=message), atomic_path(tmp_path / "out.txt") as temporary:
+        temporary.unlink()
+        temporary.symlink_to("/dev/full")
+        temporary.write_text("text")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_cycle_time_message():

@@ -12,7 +12,7 @@ from tests.imports import LATE, PACKAGES, ROOT, closure, file_of, imports, modul
 
 # The library's rooms: each imports those before it only. The door (`robojoule/__init__.py`) opens on all of them.
 ROOMS = (
-    *("errors", "arrays", "documents"),
+    *("errors", "inputs", "arrays", "documents"),
     *("robots", "motion", "calibration", "profile", "programs", "planning"),
     *("formats", "plots", "api", "cli", "__main__"),
 )

@@ -114,8 +114,7 @@ def fitted_robot(robot: Robot, setup: FitSetup, values: Mapping[str, ArrayLike])
     drives = fit_parameters(setup, robot).drives_of({k: v for k, v in values.items() if k != PEAK_EFFORT})
     variant = robot.variant(drives=drives, peak_effort_nm=robot.effort_nm * np.asarray(values[PEAK_EFFORT]))
     base = float(np.mean(setup.figures["idle_power_home_w"].bounds)) - idle_power_home_w(variant)
-    variant.drives = dataclasses.replace(drives, base_power_w=base)
-    return variant
+    return variant.variant(drives=dataclasses.replace(drives, base_power_w=base))
 
 
 def misses(figures: Mapping[str, float], setup: FitSetup) -> dict[str, float]:

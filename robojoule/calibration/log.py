@@ -8,19 +8,21 @@ Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, as_array
 from robojoule.calibration.log_table import LogTable, read_table
 from robojoule.errors import InputError
+from robojoule.inputs import as_path, counted, shown
 from robojoule.robots.robot import Robot
 
 LIMIT_MARGIN_RAD = 0.02  # overshoot and calibration offsets of a real arm
 LARGEST_STEP_S = 0.02  # 50 Hz: a jerk phase of a fast arm must not fall between two samples
+LARGEST_CONSTANT = 1e3  # of a motor [Nm/A]
 GAP_STEPS, GAP_S = 5.0, 0.05
 _JOINT_COLUMN = re.compile(r"q(\d+)_(\w+)")
 _JOINT_QUANTITIES = ("rad", "deg", "velocity_rad_s", "torque_nm", "current_a")
@@ -49,7 +51,7 @@ class MeasuredLog:
     payload_kg: Array | None = None
 
 
-def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None = None) -> MeasuredLog:
+def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLike | None = None) -> MeasuredLog:
     """Read and check a log.
 
     Args:
@@ -62,7 +64,9 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence
         InputError: The file cannot be read; columns are missing, doubled or not numbers; cells are empty; time does
             not rise, has gaps or is too coarse; positions or velocities are beyond the robot's limits.
     """
-    table = read_table(Path(path))
+    constants = torque_constants_nm_per_a
+    checked = None if constants is None else check_torque_constants(constants, robot)
+    table = read_table(as_path(path, "log"))
     source, count = table.source, robot.joint_count
     _check_columns(table, count)
     time, power = table.column("time_s"), table.column("power_w")
@@ -79,7 +83,7 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: Sequence
         position_rad=position,
         power_w=power,
         velocity_rad_s=_joint_columns(table, count, "velocity_rad_s"),
-        torque_nm=_torques(table, robot, torque_constants_nm_per_a),
+        torque_nm=_torques(table, robot, checked),
         payload_kg=payload,
     )
     _check_velocity(log, robot)
@@ -95,7 +99,7 @@ def _check_columns(table: LogTable, count: int) -> None:
             allowed = ", ".join(f"q{match[1]}_{quantity}" for quantity in _JOINT_QUANTITIES)
             raise InputError("unknown joint column", file=table.source, key=name, allowed=allowed)
         if not 1 <= int(match[1]) <= count:
-            problem = f"the robot has {count} joints only"
+            problem = f"the robot has {counted(count, 'joint')} only"
             raise InputError(problem, file=table.source, key=name, allowed=f"q1 to q{count}")
 
 
@@ -140,7 +144,7 @@ def _positions(table: LogTable, robot: Robot) -> Array:
     return position
 
 
-def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Sequence[float] | None) -> Array | None:
+def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Array | None) -> Array | None:
     source = table.source
     torque = _joint_columns(table, robot.joint_count, "torque_nm")
     current = _joint_columns(table, robot.joint_count, "current_a")
@@ -155,10 +159,21 @@ def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Sequence[
             key="q1_current_a",
             allowed="torque constants [Nm/A] beside the log, or q1_torque_nm .. in it",
         )
-    constants = np.asarray(torque_constants_nm_per_a, dtype=float)
-    if constants.shape != (robot.joint_count,) or not np.all(np.isfinite(constants) & (constants > 0.0)):
-        raise InputError("these are no torque constants", allowed=f"{robot.joint_count} positive numbers [Nm/A]")
-    return np.asarray(current * constants * robot.drives.gear_ratio)
+    return np.asarray(current * torque_constants_nm_per_a * robot.drives.gear_ratio)
+
+
+def check_torque_constants(constants_nm_per_a: ArrayLike, robot: Robot) -> Array:
+    """Torque constants as an array, shape (n,). [Nm/A]
+
+    Raises:
+        InputError: They are not positive numbers, one per joint.
+    """
+    key = "torque_constants"
+    constants = as_array(constants_nm_per_a, key, "torque constants")
+    if constants.shape != (robot.joint_count,) or not np.all((constants > 0.0) & (constants <= LARGEST_CONSTANT)):
+        allowed = f"{counted(robot.joint_count, 'number')}, above 0 and up to {LARGEST_CONSTANT:g} Nm/A"
+        raise InputError(f"{shown(constants.tolist())} are not valid torque constants", key=key, allowed=allowed)
+    return constants
 
 
 def _check_time(time_s: Array, source: str) -> None:
@@ -168,7 +183,9 @@ def _check_time(time_s: Array, source: str) -> None:
         raise InputError("the log has one row only", file=source)
     falling = np.flatnonzero(steps <= 0.0)
     if falling.size:
-        raise InputError(f"time does not rise at row {falling[0] + 2}", file=source, key=key)
+        row = int(falling[0]) + 2
+        problem = f"row {row} has the time of the row before" if steps[row - 2] == 0.0 else f"time falls at row {row}"
+        raise InputError(problem, file=source, key=key, allowed="rising times")
     median = float(np.median(steps))
     if median > LARGEST_STEP_S:
         hint = "; the column looks like milliseconds" if median >= 1.0 else ""

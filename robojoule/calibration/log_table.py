@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,11 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.documents import check_file, read_text, reason
 from robojoule.errors import InputError, require_package
+from robojoule.inputs import counted, shown
+
+MOST_LOG_BYTES = 2**31
 
 
 @dataclass(frozen=True)
@@ -55,12 +60,11 @@ def read_table(path: Path) -> LogTable:
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".parquet"):
         raise InputError(f"unknown file type '{suffix}'", file=path, allowed=".csv, .parquet")
+    check_file(path, MOST_LOG_BYTES)
     try:
         table, rows = _read_parquet(path) if suffix == ".parquet" else _read_csv(path)
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=path) from None
     except (OSError, ValueError, csv.Error) as error:
-        raise InputError(f"the log cannot be read ({' '.join(str(error).split())})", file=path) from None
+        raise InputError(f"the log cannot be read ({reason(error)})", file=path) from None
     doubled = sorted({name for name in table.names if table.names.count(name) > 1})
     if doubled:
         raise InputError("this column appears twice", file=path, key=doubled[0])
@@ -71,23 +75,25 @@ def read_table(path: Path) -> LogTable:
 
 def _read_csv(path: Path) -> tuple[LogTable, int]:
     """The table and its number of rows; whole rows are kept, so that one of another length is noticed."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = [row for row in csv.reader(file) if row]
+    rows = [row for row in csv.reader(io.StringIO(read_text(path, MOST_LOG_BYTES))) if row]
     if not rows:
         raise ValueError("it is empty")
     names, cells = rows[0], rows[1:]
     for number, row in enumerate(cells, start=1):
         if len(row) != len(names):
-            raise ValueError(f"row {number} has {len(row)} cells, the header {len(names)}")
+            raise ValueError(f"row {number} has {counted(len(row), 'cell')}, the header {len(names)}")
 
     def values(place: int) -> Array:
         column = [row[place].strip() or "nan" for row in cells]
         try:
-            return np.array(column, dtype=float)
+            text = "".join(column)
+            if text.isascii() and "_" not in text:
+                return np.array(column, dtype=float)
         except ValueError:
-            number = next(number for number, cell in enumerate(column, start=1) if not _is_number(cell))
-            problem = f"row {number} holds '{column[number - 1]}', which is not a number"
-            raise InputError(problem, file=path, key=names[place]) from None
+            pass
+        number = next(number for number, cell in enumerate(column, start=1) if not _is_number(cell))
+        problem = f"row {number} holds {shown(column[number - 1])}, which is not a number"
+        raise InputError(problem, file=path, key=names[place])
 
     return LogTable(str(path), tuple(names), values), len(cells)
 
@@ -97,7 +103,7 @@ def _is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
-    return True
+    return cell.isascii() and "_" not in cell
 
 
 def _read_parquet(path: Path) -> tuple[LogTable, int]:

@@ -17,10 +17,12 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.log import MeasuredLog
 from robojoule.errors import InputError
+from robojoule.inputs import as_number, counted
 from robojoule.motion.dynamics import inverse_dynamics
 from robojoule.robots.robot import Payload, Robot
 
 WINDOW_S = 0.1
+SHORTEST_LENGTH_S, LONGEST_LENGTH_S = 1e-3, 1.0  # of windows and of smoothing
 LONGEST_SMOOTHING_S = 0.12
 ACCELERATION_NOISE = 0.03  # of the acceleration's root mean square: what smoothing must bring the noise down to
 INERTIA_UNCERTAINTY = 0.05  # relative; catalogs and CAD models are rarely better
@@ -154,11 +156,11 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
     Raises:
         InputError: Smoothing or window out of range, too short a log, or velocities that contradict the positions.
     """
-    for name, value in (("smoothing", smoothing_s), ("window", window_s)):
-        if value is not None and not 0.0 < value <= 1.0:
-            raise InputError(f"{value} s is not a valid length of the {name}", allowed="above 0 and at most 1 s")
+    for key, length in (("smoothing_s", smoothing_s), ("window_s", window_s)):
+        if length is not None:
+            as_number(length, key, least=SHORTEST_LENGTH_S, most=LONGEST_LENGTH_S, unit="s")
     if len(log.time_s) < 50:
-        raise InputError(f"the log has only {len(log.time_s)} rows", file=log.source, allowed="at least 50")
+        raise InputError(f"the log has only {counted(len(log.time_s), 'row')}", file=log.source, allowed="at least 50")
     if smoothing_s is None:
         smoothing_s = choose_smoothing(log.time_s, log.position_rad)
     position, velocity, acceleration = local_cubic(log.time_s, log.position_rad, smoothing_s)
@@ -180,7 +182,9 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
     start, window_block, blocks = _windows(log.time_s, speed.max(axis=1), window_s)
     if blocks < FEWEST_BLOCKS:
         raise InputError(
-            f"the log holds only {blocks} motions", file=log.source, allowed=f"at least {FEWEST_BLOCKS} motions"
+            f"the log holds only {counted(blocks, 'motion')}",
+            file=log.source,
+            allowed=f"at least {FEWEST_BLOCKS} motions",
         )
     return Signals(
         time_s=log.time_s,

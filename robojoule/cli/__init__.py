@@ -7,13 +7,17 @@ dictionary is what `--json` prints; `show` prints it for people. A module is imp
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import NoReturn
 
 from robojoule import __version__
+from robojoule.errors import InputError, RobojouleError
 
 COMMANDS = {
     "robots": "list the robots of the catalog",
@@ -22,10 +26,28 @@ COMMANDS = {
     "pareto": "least energy over cycle time, and what a second of cycle time is worth",
     "identify": "drive parameters from a measured log of motions and mains power",
 }
+INTERRUPTED = 130  # exit code after Ctrl-C, as of shells
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that refuses with one sentence, and takes "-10,20" for a value, not for an option."""
+
+    def __init__(self, *args: object, **settings: object) -> None:
+        super().__init__(*args, **settings)  # type: ignore[arg-type]
+        self._negative_number_matcher = re.compile(r"-[.\d].*")
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what `main` prints."""
+        raise InputError(message.removeprefix("argument "))
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """End after help or version, once they are printed."""
+        _flush()
+        super().exit(status, message)
 
 
 def _parser(command: str | None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="robojoule", description="Less energy for robots at the same cycle time.")
+    parser = _Parser(prog="robojoule", description="Less energy for robots at the same cycle time.")
     parser.add_argument("--version", action="version", version=f"robojoule {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, text in COMMANDS.items():
@@ -40,31 +62,64 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        Exit code: 0 done, 1 failed, 2 bad input.
+        Exit code: 0 done, 1 failed, 2 bad input, 130 interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # for terminals that do not know all characters
     words = list(sys.argv[1:] if arguments is None else arguments)
-    command = next((word for word in words if word in COMMANDS), None)
-    parsed = _parser(command).parse_args(words)
-    from robojoule.errors import InputError, RobojouleError
+    command = next((word for word in words if not word.startswith("-")), None)
+    name = f"robojoule {command}" if command in COMMANDS else "robojoule"
+    try:
+        _run(words, command)
+    except KeyboardInterrupt:
+        return _ended(f"{name}: interrupted", INTERRUPTED)
+    except InputError as error:
+        return _ended(f"{name}: {error}", 2)
+    except RobojouleError as error:
+        return _ended(f"{name}: {error}", 1)
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        return _ended(None, 1)
+    return 0
 
+
+def _run(words: list[str], command: str | None) -> None:
+    if command is not None and command not in COMMANDS:
+        from robojoule.inputs import unknown_name
+
+        raise unknown_name("command", command, COMMANDS)
+    parsed = _parser(command).parse_args(words)
     module = import_module(f"robojoule.cli.{parsed.command}")
     try:
         result = module.run(parsed)
     except InputError as error:
-        if error.key and error.file is None and error.key in vars(parsed):  # said as it was typed
-            error = InputError(error.problem, key=f"--{error.key.replace('_', '-')}", allowed=error.allowed)
-        print(f"robojoule {parsed.command}: {error}", file=sys.stderr)
-        return 2
-    except RobojouleError as error:
-        print(f"robojoule {parsed.command}: {error}", file=sys.stderr)
-        return 1
+        name = (error.key or "").removesuffix("_s")  # options leave the unit out
+        if error.file is None and name in vars(parsed):  # said as it was typed
+            raise InputError(error.problem, key=f"--{name.replace('_', '-')}", allowed=error.allowed) from None
+        raise
     try:
         if parsed.json:
             print(json.dumps(result, allow_nan=False))
         else:
             module.show(result)
+        _flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise RobojouleError(f"the result cannot be printed ({error.strerror})") from None
+
+
+def _ended(message: str | None, code: int) -> int:
+    """The exit code, with a message for people."""
+    if message and sys.stderr is not None:
+        print(message, file=sys.stderr)
+    try:
+        _flush()
+    except OSError:  # or the interpreter's own flush would fail
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code
+
+
+def _flush() -> None:
+    if sys.stdout is not None:  # as it is where it was closed before the start
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader, such as `head`, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter's own flush would fail
-        return 1
-    return 0

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
+from robojoule.inputs import as_path, number_of, shown
 
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.robots.robot import Robot
 
 PAYLOAD_KG = 10.0  # if nothing is said
+_MOST_DIGITS = 10
 
 
 def add_program(parser: argparse.ArgumentParser) -> None:
@@ -29,13 +34,13 @@ def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) ->
     )
     parser.add_argument(
         "--payload",
-        type=float,
+        type=number,
         metavar="KG",
         help=f"payload mass [kg] (default: {PAYLOAD_KG:g}, or the rated payload if that is less)",
     )
     parser.add_argument(
         "--payload-com",
-        type=float,
+        type=number,
         nargs=3,
         default=(0.0, 0.0, 0.1),
         metavar=("X", "Y", "Z"),
@@ -54,39 +59,74 @@ def robot_of(arguments: argparse.Namespace) -> Robot:
     return load_robot(arguments.robot, Payload(mass, tuple(arguments.payload_com)))
 
 
-def joints_of(text: str, robot: Robot, where: str) -> Array:
-    """Joint positions in degrees, separated by commas, as radians.
+def joints_of(degrees: Sequence[float], robot: Robot, where: str) -> Array:
+    """Joint positions in degrees as radians.
 
     Raises:
-        InputError: Not numbers, or not a configuration of this robot.
+        InputError: Not a configuration of this robot.
     """
     import numpy as np
 
-    try:
-        degrees = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(
-            f"'{text}' is not a list of joint positions", key=where, allowed="degrees, comma-separated"
-        ) from None
     return robot.check_configuration(np.radians(degrees), where)
 
 
-def check_suffix(path: str | Path | None, option: str, *suffixes: str) -> None:
-    """Refuse a file to write before any work is done, unless its suffix is one of some.
+def numbers(text: str) -> list[float]:
+    """Numbers, separated by commas."""
+    try:
+        return [number_of(part.strip()) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a list of numbers, separated by commas") from None
+
+
+def number(text: str) -> float:
+    """One number."""
+    try:
+        return number_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def whole_number(text: str) -> int:
+    """One number without a fraction."""
+    if not (text.isascii() and text.removeprefix("-").isdigit() and len(text) < _MOST_DIGITS):
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number")
+    return int(text)
+
+
+def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs: Mapping[str, Sequence[str]]) -> None:
+    """Refuse files to write before any work is done, unless all of them can be written and nothing else is lost.
+
+    Args:
+        arguments: Parsed arguments.
+        inputs: Names of those that are files to read.
+        outputs: Names of those that are files to write, with the suffixes that each may have.
 
     Raises:
-        InputError: It is another one.
+        InputError: A wrong suffix, a missing folder or package, or a file that is read or written by another argument.
     """
-    if path is not None and Path(path).suffix.lower() not in suffixes:
-        raise InputError(f"unknown file type '{Path(path).suffix}'", key=option, allowed=", ".join(suffixes))
+    read = {name: [as_path(path, name)] for name in inputs if (path := getattr(arguments, name)) is not None}
+    if "robot" in read:
+        from robojoule.robots.urdf import DRIVE_FILE_SUFFIXES
+
+        read["robot"] += [read["robot"][0].with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
+    taken = [(path, f"the {name}") for name, paths in read.items() for path in paths]
+    for name, suffixes in outputs.items():
+        if (text := getattr(arguments, name)) is None:
+            continue
+        path, option = as_path(text, f"--{name}"), f"--{name}"
+        if path.suffix.lower() not in suffixes:
+            raise InputError(f"unknown file type {shown(path.suffix)}", key=option, allowed=", ".join(suffixes))
+        check_output(path, option)
+        for other, what in taken:
+            if _is_same(path, other):
+                raise InputError(f"this is {what} itself", file=path, key=option, allowed="another file")
+        taken.append((path, f"the file of {option}"))
+        if name == "plot":
+            require_package("matplotlib", "plot", option)
 
 
-def check_plot(path: str | Path | None, *suffixes: str) -> None:
-    """Refuse a drawing before any work is done, unless it can be made.
-
-    Raises:
-        InputError: Unknown suffix, or Matplotlib is not installed.
-    """
-    if path is not None:
-        check_suffix(path, "--plot", *suffixes)
-        require_package("matplotlib", "plot", "--plot")
+def _is_same(path: Path, other: Path) -> bool:
+    try:
+        return path.samefile(other)
+    except (OSError, ValueError):  # one of them does not exist
+        return os.path.normcase(os.path.realpath(path)) == os.path.normcase(os.path.realpath(other))

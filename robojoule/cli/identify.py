@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, check_plot, check_suffix, robot_of
+from robojoule.cli._arguments import add_robot, check_outputs, number, numbers, robot_of
 from robojoule.errors import InputError
 
 
@@ -14,12 +15,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="CSV or Parquet with time_s, q1_rad .. (or q1_deg ..), power_w")
     add_robot(parser)
     parser.add_argument(
-        "--torque-constants", metavar="KT", help="torque constants, comma-separated, for q1_current_a .. [Nm/A]"
+        "--torque-constants",
+        type=numbers,
+        metavar="KT",
+        help="torque constants, comma-separated, for q1_current_a .. [Nm/A]",
     )
     parser.add_argument(
-        "--smoothing", type=float, metavar="S", help="length for differentiation [s] (default: chosen by noise)"
+        "--smoothing", type=number, metavar="S", help="length for differentiation [s] (default: chosen by noise)"
     )
-    parser.add_argument("--window", type=float, metavar="S", help="length for averaging power [s] (default: 0.1)")
+    parser.add_argument("--window", type=number, metavar="S", help="length for averaging power [s] (default: 0.1)")
     parser.add_argument("--name", metavar="NAME", help="name of the new robot file (default: the robot's, _identified)")
     parser.add_argument("--out", metavar="FILE", help="write a robot file with the identified drives (JSON or YAML)")
     parser.add_argument("--plot", metavar="FILE", help="draw measured against modelled power (SVG, PNG or PDF)")
@@ -29,30 +33,23 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Read, identify, write what is asked for."""
     from robojoule.api import identify
     from robojoule.calibration.log import read_log
-    from robojoule.documents import write_document
-    from robojoule.plots.identification import PLOT_SUFFIXES, write_plot
+    from robojoule.documents import document_text, write_files
+    from robojoule.plots.identification import PLOT_SUFFIXES, drawing_of
 
-    check_plot(arguments.plot, *PLOT_SUFFIXES)
-    check_suffix(arguments.out, "--out", ".json", ".yaml", ".yml")
+    check_outputs(arguments, ["log", "robot"], {"out": [".json", ".yaml", ".yml"], "plot": PLOT_SUFFIXES})
+    if arguments.name is not None and not arguments.name.strip():
+        raise InputError("a robot needs a name", key="--name")
     robot = robot_of(arguments)
-    log = read_log(arguments.log, robot, _torque_constants(arguments.torque_constants))
+    log = read_log(arguments.log, robot, arguments.torque_constants)
     result = identify(log, robot, smoothing_s=arguments.smoothing, window_s=arguments.window)
+    contents: dict[Path, str | bytes] = {}
     if arguments.out:
-        write_document(arguments.out, result.robot_file(arguments.name).model_dump(mode="json"))
+        data = result.robot_file(arguments.name).model_dump(mode="json")
+        contents[Path(arguments.out)] = document_text(Path(arguments.out).suffix, data)
     if arguments.plot:
-        write_plot(result, arguments.plot)
+        contents[Path(arguments.plot)] = drawing_of(result, Path(arguments.plot).suffix)
+    write_files(contents)
     return {**result.to_dict(), "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
-
-
-def _torque_constants(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(
-            f"'{text}' is not a list of torque constants", key="--torque-constants", allowed="Nm/A, comma-separated"
-        ) from None
 
 
 def show(result: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, robot_of
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,10 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
-    from robojoule.formats.registry import format_of, load_program
+    from robojoule.formats.registry import FORMATS, load_program
 
-    if arguments.out is not None:
-        format_of(arguments.out)  # an unknown one is refused before any work is done
+    suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
+    check_outputs(arguments, ["program", "robot"], {"out": suffixes})
     plan = optimize(load_program(arguments.program), robot_of(arguments), cycle_time=arguments.cycle_time)
     if arguments.out is not None:
         plan.save(arguments.out)

@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_plot, robot_of
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
 
 _ROWS_SHOWN = 12
 
@@ -30,21 +30,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
     from robojoule.api import pareto
-    from robojoule.documents import write_text
+    from robojoule.documents import write_files
     from robojoule.formats.registry import load_program
 
-    check_plot(arguments.plot, ".svg")
+    check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
     result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
+    contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()
         writer = csv.DictWriter(text, list(result["points"][0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(result["points"])
-        write_text(arguments.csv, text.getvalue())
+        contents[arguments.csv] = text.getvalue()
     if arguments.plot is not None:
         from robojoule.plots.pareto import drawing_of
 
-        write_text(arguments.plot, drawing_of(result))
+        contents[arguments.plot] = drawing_of(result)
+    write_files(contents)
     return {**result, **{name: str(path) if (path := getattr(arguments, name)) else None for name in ("csv", "plot")}}
 
 

@@ -5,18 +5,25 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, check_plot, joints_of, robot_of
+from robojoule.cli._arguments import add_robot, check_outputs, joints_of, numbers, robot_of, whole_number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Robot, both ends and the speed limits."""
     add_robot(parser)
     parser.add_argument(
-        "--from", dest="start", required=True, metavar="DEG", help="start joints, comma-separated [deg]"
+        "--from",
+        dest="start",
+        required=True,
+        type=numbers,
+        metavar="DEG",
+        help="start joints, comma-separated [deg]",
     )
-    parser.add_argument("--to", dest="end", required=True, metavar="DEG", help="end joints, comma-separated [deg]")
     parser.add_argument(
-        "--points", type=int, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
+        "--to", dest="end", required=True, type=numbers, metavar="DEG", help="end joints, comma-separated [deg]"
+    )
+    parser.add_argument(
+        "--points", type=whole_number, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
     )
     parser.add_argument("--plot", metavar="FILE", help="draw where the energy goes over the duration (.svg)")
 
@@ -25,7 +32,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the motion over the speed limits, and draw it if asked for."""
     from robojoule.api import energy_profile
 
-    check_plot(arguments.plot, ".svg")
+    check_outputs(arguments, ["robot"], {"plot": [".svg"]})
     robot = robot_of(arguments)
     start, end = joints_of(arguments.start, robot, "--from"), joints_of(arguments.end, robot, "--to")
     profile = energy_profile(robot, start, end, points=arguments.points)

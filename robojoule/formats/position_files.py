@@ -18,7 +18,13 @@ from pydantic import ValidationError
 
 from robojoule.documents import read_text, write_text
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import MoveOperation, OperationTree, tree_from_configurations
+from robojoule.inputs import LONGEST_S, counted, number_of, shown
+from robojoule.programs.operation_tree import (
+    LEAST_SPEED_PERCENT,
+    MoveOperation,
+    OperationTree,
+    tree_from_configurations,
+)
 from robojoule.programs.program import Program
 
 _SETTINGS = {"speed_limit_percent": 100.0, "wait_before_s": 0.0, "wait_after_s": 0.0}  # with their defaults
@@ -50,7 +56,7 @@ class PositionFiles:
             tree = tree_from_configurations(path.stem.strip(), positions, move_names=names)
         except ValidationError as error:  # a name of the file or of a move that no program may have
             details = error.errors(include_url=False)[0]
-            raise InputError(f"{details['msg']} (found {details['input']!r})", file=path) from None
+            raise InputError(f"{details['msg']} (found {shown(details['input'])})", file=path) from None
         moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
         limits, before, after = ({name: row.setting(column) for name, row in moves.items()} for column in _SETTINGS)
         places = {f"operations.{move}.target_rad": f"line {row.line}" for move, row in enumerate(targets)}
@@ -96,26 +102,23 @@ class _Row:
                 raise self.error(column, "the cell is empty", "a number")
             return default
         try:
-            value = float(text.replace("_", "?"))  # Python's digit groups are not meant
-        except ValueError:
-            raise self.error(column, f"'{text}' is not a number", "digits with a decimal point") from None
-        if not math.isfinite(value):
-            raise self.error(column, f"'{text}' is not a finite number")
-        return value
+            return number_of(text)
+        except ValueError as error:
+            raise self.error(column, str(error), "digits with a decimal point") from None
 
     def setting(self, column: str) -> float:
         """A speed limit or a wait, checked."""
         value = self.number(column, _SETTINGS[column])
-        if column == "speed_limit_percent" and not 0.0 < value <= 100.0:
-            raise self.error(column, f"{value:g} is not a valid speed limit", "above 0, at most 100")
-        if value < 0.0:
-            raise self.error(column, f"{value:g} is not a valid wait", "0 or more")
+        is_limit = column == "speed_limit_percent"
+        least, most, what = (LEAST_SPEED_PERCENT, 100.0, "speed limit") if is_limit else (0.0, LONGEST_S, "wait")
+        if not least <= value <= most:
+            raise self.error(column, f"{value:g} is not a valid {what}", f"{least:g} to {most:g}")
         return value
 
 
 def _rows(path: Path) -> list[_Row]:
     """The header and the rows below it."""
-    reader = csv.reader(io.StringIO(read_text(path).removeprefix("\N{BYTE ORDER MARK}")), strict=True)
+    reader = csv.reader(io.StringIO(read_text(path)), strict=True)
     try:
         found = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
@@ -132,7 +135,7 @@ def _rows(path: Path) -> list[_Row]:
             raise header.error(column or str(place + 1), "the column appears twice")
     for line, cells in found[1:]:
         if len(cells) != len(columns):
-            problem = f"the header names {len(columns)} columns, but the row has {len(cells)}"
+            problem = f"the header names {counted(len(columns), 'column')}, but the row has {len(cells)}"
             raise InputError(problem, file=path, key=f"line {line}")
     return [header, *(_Row(path, line, dict(zip(columns, cells, strict=True))) for line, cells in found[1:])]
 

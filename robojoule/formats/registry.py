@@ -11,6 +11,7 @@ from typing import Protocol
 from robojoule.errors import InputError
 from robojoule.formats.position_files import PositionFiles
 from robojoule.formats.tree_files import TreeFiles
+from robojoule.inputs import as_path
 from robojoule.programs.program import Program
 
 
@@ -66,4 +67,5 @@ def load_program(path: str | Path) -> Program:
     Raises:
         InputError: Unknown suffix, unreadable file, or a file that does not hold a program.
     """
-    return format_of(path).read(Path(path))
+    file = as_path(path, "path")
+    return format_of(file).read(file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from robojoule.documents import read_document, write_document
 from robojoule.errors import InputError
+from robojoule.inputs import shown
 from robojoule.programs.operation_tree import (
     CoarseZone,
     CompoundOperation,
@@ -42,7 +43,8 @@ class TreeFiles:
 
     def read(self, path: Path) -> Program:
         """Read a file; see `robojoule.formats.registry.Format`."""
-        return Program(load_tree(path), path, self.name)
+        data = read_document(path)
+        return Program(parse_tree(data, path), path, self.name, _keys_in_degrees(data))
 
     def write(self, program: Program, path: Path) -> None:
         """Write a file; see `robojoule.formats.registry.Format`."""
@@ -108,6 +110,21 @@ def tree_to_data(tree: OperationTree) -> dict[str, Any]:
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}
 
 
+def _keys_in_degrees(data: Mapping[str, Any]) -> dict[str, str]:
+    """Keys of configurations that a file gives in degrees, by their keys in the tree."""
+    found = {"start_rad": "start_deg"} if "start_deg" in data else {}
+
+    def descend(operations: Sequence[Mapping[str, Any]], key: str) -> None:
+        for index, operation in enumerate(operations):
+            place = f"{key}.{index}"
+            if "target_deg" in operation:
+                found[f"{place}.target_rad"] = f"{place}.target_deg"
+            descend(operation.get("operations", ()), f"{place}.operations")
+
+    descend(data["operations"], "operations")
+    return found
+
+
 def operation_tree_schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of the file format, generated from the models."""
     schema = OperationTree.model_json_schema()
@@ -153,15 +170,15 @@ def _explain(error: ValidationError, data: Any, source: str | Path) -> InputErro
     elif kind == "tuple_type":
         problem = "this must be a list"
     elif kind == "model_attributes_type":
-        problem = f"an operation must be a mapping (found {details['input']!r})"
+        problem = f"an operation must be a mapping (found {shown(details['input'])})"
     elif kind == "too_short":
         problem = "the list is empty"
     else:
         problem = details["msg"].removeprefix("Value error, ")
         problem = problem[:1].lower() + problem[1:]
-        shown = details["input"]
-        if kind != "value_error" and isinstance(shown, (str, int, float, bool)):
-            problem = f"{problem} (found {shown!r})"
+        found = details["input"]
+        if kind != "value_error" and isinstance(found, (str, int, float, bool)):
+            problem = f"{problem} (found {shown(found)})"
     if name is not None and kind != "recursion_loop":
         problem = f"operation '{name}': {problem}"
     return InputError(problem, file=source, key=key, allowed=allowed)

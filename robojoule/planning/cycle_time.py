@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.inputs import LONGEST_S, number_of, real, shown
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 
 
@@ -17,19 +18,22 @@ def cycle_time_s(asked: float | str, *, given_s: float, least_s: float) -> float
         least_s: Least feasible cycle time. [s]
 
     Raises:
-        InputError: Neither of both, or not positive.
+        InputError: Neither of both, not positive, or longer than a day.
         CycleTimeTooShort: Shorter than the least one by more than rounding.
     """
-    text = str(asked).strip()
+    text = asked.strip() if isinstance(asked, str) else ""
     relative = text.startswith("+") and text.endswith("%")
     try:
-        value = float(text[1:-1] if relative else text.replace("+", "?"))  # "+10" alone may mean either
-    except ValueError:
+        value = number_of((text[1:-1] if relative else text).replace("+", "?")) if text else real(asked)
+    except ValueError:  # "+10" alone may mean either
         value = math.nan
-    if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not relative):
+    if not 0.0 <= value < math.inf or (value == 0.0 and not relative):
         allowed = "seconds (7.5), or a share above the program's own cycle time (+10%)"
-        raise InputError(f"'{asked}' is not a valid cycle time", key="cycle_time", allowed=allowed)
+        raise InputError(f"{shown(asked)} is not a valid cycle time", key="cycle_time", allowed=allowed)
     seconds = given_s * (1.0 + value / 100.0) if relative else value
+    if seconds > LONGEST_S:
+        problem = f"{shown(asked)}, which is {seconds:.6g} s, is too long for a cycle"
+        raise InputError(problem, key="cycle_time", allowed=f"at most {LONGEST_S:g} s")
     if seconds < least_s - CYCLE_TIME_TOLERANCE_S:
         raise CycleTimeTooShort(seconds, least_s)
     return max(seconds, least_s)

@@ -183,7 +183,8 @@ class TradeOff:
         At the least cycle time there is one plan only, which is its own bound.
         """
         times, energies = self.curve.cycle_times_s[1:], self.curve.energies_j[1:]
-        return float(np.max(1.0 - self.bound.energy_j(times) / energies, initial=0.0))
+        gaps = energies - self.bound.energy_j(times)
+        return float(np.max(np.divide(gaps, energies, out=np.zeros_like(gaps), where=energies > 0.0), initial=0.0))
 
     def to_dict(self, *, until: Literal["least", "waiting"] = "waiting") -> dict[str, Any]:
         """The trade-off as plain data, ready for JSON.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.calibration.identification import Identification
-from robojoule.documents import atomic_path
 from robojoule.plots.style import BLUE, GREY, ORANGE, Style
 
 if TYPE_CHECKING:
@@ -16,12 +16,14 @@ PLOT_SUFFIXES = (".svg", ".png", ".pdf")
 SHOWN_S = 40.0  # more motions in the upper panel would be a smear
 
 
-def write_plot(result: Identification, path: str | Path) -> None:
-    """Draw power over time (the end of the log) and measured against modelled power, and write it atomically."""
+def drawing_of(result: Identification, suffix: str) -> bytes:
+    """Draw power over time (the end of the log) and measured against modelled power, as a file of a suffix."""
     style = Style(width_in=9.0)
-    metadata = {"Date": None, "Creator": None} if Path(path).suffix.lower() == ".svg" else None
-    with style.applied(), atomic_path(path) as temporary:
-        _figure(result, style).savefig(temporary, metadata=metadata)
+    metadata = {"Date": None, "Creator": None} if suffix.lower() == ".svg" else None
+    drawn = io.BytesIO()
+    with style.applied():
+        _figure(result, style).savefig(drawn, format=suffix.lower()[1:], metadata=metadata)
+    return drawn.getvalue()
 
 
 def _figure(result: Identification, style: Style) -> Figure:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.errors import InputError
+from robojoule.inputs import shown
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
@@ -19,6 +21,7 @@ from robojoule.robots.robot import Robot
 PARTS = ("base_j", "drive_active_j", "inverter_j", "copper_j", "friction_j", "braking_j", "potential_j")
 SLOWEST_SPEED_LIMIT = 0.1
 MOST_POINTS = 1000
+LEAST_TRAVEL_RAD = 1e-9  # below: what rounding of degrees leaves of no motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +113,9 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
     Raises:
         InputError: Not as many points as allowed, or no motion.
     """
-    if not isinstance(points, int) or not 2 <= points <= MOST_POINTS:
-        raise InputError(f"{points} is not a number of points", key="points", allowed=f"2 to {MOST_POINTS}")
-    if np.array_equal(start_rad, end_rad):
+    if not isinstance(points, Integral) or not 2 <= points <= MOST_POINTS:
+        raise InputError(f"{shown(points)} is not a number of points", key="points", allowed=f"2 to {MOST_POINTS}")
+    if np.allclose(start_rad, end_rad, rtol=0.0, atol=LEAST_TRAVEL_RAD):
         raise InputError("start and end are the same: there is no motion")
     paths = MotionPaths(robot, start_rad, end_rad)
     runs = paths.simulate(np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points))

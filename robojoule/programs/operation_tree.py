@@ -12,21 +12,32 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
+from robojoule.inputs import LONGEST_S, real
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
+LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
+MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
 
 # Strict: text and booleans are not numbers in these files; integers are.
 Number = Annotated[float, Strict()]
-Duration = Annotated[Number, Field(ge=0)]
+Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
 Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
-Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$")]
+
+
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name holds printable characters only")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
 
 
 def _accepts_degrees(stem: str) -> Any:
@@ -71,7 +82,7 @@ def _from_degrees(data: Any, stem: str) -> Any:
 
 
 def _is_finite_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    return math.isfinite(real(value))
 
 
 def _inconsistent(key: str, problem: str) -> PydanticCustomError:
@@ -110,7 +121,7 @@ class MoveOperation(Document):
     name: Name = Field(description="Name, unique in the tree.")
     target_rad: Configuration = Field(description="Joint configuration to reach, one value per joint. [rad]")
     zone: Zone = Field(default="fine", description="fine: stop at the target; radius_m: pass it within this distance.")
-    speed_limit_percent: Annotated[Number, Field(gt=0, le=100)] = Field(
+    speed_limit_percent: Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)] = Field(
         default=100.0, description="Share of the joint velocity limits that may be used. [%]"
     )
     wait_before_s: Duration = Field(default=0.0, description="Wait at the start of the move. [s]")
@@ -145,7 +156,7 @@ class ProcessOperation(Document):
     type: Literal["process"] = "process"
     name: Name = Field(description="Name, unique in the tree.")
     duration_s: Duration = Field(description="How long. [s]")
-    power_w: Annotated[Number, Field(ge=0)] = Field(
+    power_w: Annotated[Number, Field(ge=0, le=MOST_POWER_W)] = Field(
         default=0.0, description="Electrical power of the process beside that of the standing robot. [W]"
     )
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robojoule.documents import check_output
 from robojoule.errors import InputError
+from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 
 if TYPE_CHECKING:
@@ -22,13 +24,19 @@ class Program:
         tree: The operations of the cycle.
         path: File that it was read from, if any.
         format: Name of that file's format, if any.
-        places: Where configurations stand in a file without keys, such as "line 4", by their key in the tree.
+        places: Where configurations stand in a file that has other keys, such as "line 4", by their key in the tree.
     """
 
     tree: OperationTree
     path: Path | None = None
     format: str | None = None
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.tree, OperationTree):
+            raise InputError(f"{shown(self.tree)} is not an operation tree", key="tree", allowed="an OperationTree")
+        if self.path is not None:
+            object.__setattr__(self, "path", as_path(self.path, "path"))
 
     def __repr__(self) -> str:
         path = str(self.path) if self.path is not None else None
@@ -65,7 +73,9 @@ class Program:
         """
         from robojoule.formats.registry import format_of  # late: formats build on programs
 
-        format_of(path).write(self, Path(path))
+        target = as_path(path, "path")
+        check_output(target)
+        format_of(target).write(self, target)
 
 
 def check_tree(

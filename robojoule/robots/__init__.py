@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from robojoule.documents import load
 from robojoule.errors import InputError
+from robojoule.inputs import as_path, unknown_name
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Payload, Robot
@@ -45,7 +46,8 @@ def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
     """A robot file, and where it was read from, as messages say it."""
     from robojoule.robots.robot_file import RobotFile  # late: listing names needs no models
 
-    path = Path(name)
+    path = as_path(name, "robot")
+    drives = as_path(drives, "drives") if drives is not None else None
     suffix = path.suffix.lower()
     if suffix == ".urdf":
         from robojoule.robots.urdf import load_urdf, urdf_source
@@ -55,10 +57,10 @@ def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
         raise InputError("a drive file goes with a URDF only: a robot file holds its drives", file=drives)
     if suffix in (".json", ".yaml", ".yml"):
         return load(RobotFile, path), str(path)
-    if str(name) not in list_robots():
-        allowed = f"{', '.join(list_robots())}, or the path of a robot file or URDF"
-        raise InputError(f"unknown robot '{name}'", allowed=allowed)
-    path = catalog_path(str(name))
+    if str(path) not in list_robots():
+        allowed = "a name that list_robots or `robojoule robots` shows, or the path of a robot file or URDF"
+        raise unknown_name("robot", str(path), list_robots(), allowed)
+    path = catalog_path(str(path))
     return load(RobotFile, path), str(path)
 
 
@@ -82,8 +84,6 @@ def load_robot(
     """
     from robojoule.robots.robot import Payload, Robot  # late: brings Pinocchio
 
-    if payload is not None and not isinstance(payload, Payload):
-        raise InputError(f"{payload!r} is not a payload", key="payload", allowed="a Payload, or a mass as payload_kg")
     if payload_kg is not None:
         if payload is not None:
             raise InputError("a payload and its mass are both given", key="payload_kg", allowed="one of both")

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array, frozen
+from robojoule.arrays import Array, as_array, frozen
 from robojoule.errors import InputError
+from robojoule.inputs import counted, real, shown
 from robojoule.robots.drives import DriveParameters
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
+FARTHEST_M = 10.0  # of a payload's centre of mass from the flange: beyond it the unit is wrong
+LARGEST_INERTIA_KG_M2 = 1e6
 LIMIT_TOLERANCE_RAD = 1e-9  # rounding of degrees to radians must not push a joint over its limit
 
 
@@ -37,19 +40,28 @@ class Payload:
     inertia_kg_m2: Array | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.mass_kg, Real) or not 0 <= self.mass_kg < float("inf"):
-            raise InputError(f"the payload mass {self.mass_kg} is not a mass", allowed="0 kg or more")
-        if not np.all(np.isfinite(self.com_m)):
-            raise InputError("the payload's centre of mass is not finite")
-        if self.inertia_kg_m2 is not None:
-            inertia = np.asarray(self.inertia_kg_m2, dtype=float)
-            if inertia.shape != (3, 3) or not np.allclose(inertia, inertia.T) or np.linalg.eigvalsh(inertia)[0] < 0:
-                raise InputError("the payload's inertia is not a symmetric positive semi-definite 3 x 3 matrix")
+        mass = real(self.mass_kg)
+        if not 0.0 <= mass < math.inf:
+            problem = f"{shown(self.mass_kg)} is not a valid payload mass"
+            raise InputError(problem, key="payload", allowed="0 kg or more")
+        center = as_array(self.com_m, "payload", "the coordinates of its centre of mass")
+        if center.shape != (3,) or not (np.abs(center) <= FARTHEST_M).all():
+            problem = f"{shown(self.com_m)} is not a valid centre of mass"
+            raise InputError(problem, key="payload", allowed=f"three numbers from {-FARTHEST_M:g} to {FARTHEST_M:g} m")
+        object.__setattr__(self, "mass_kg", mass)
+        object.__setattr__(self, "com_m", tuple(center.tolist()))
+        if self.inertia_kg_m2 is None:
+            return
+        inertia = frozen(as_array(self.inertia_kg_m2, "payload", "the entries of its inertia"))
+        if inertia.shape != (3, 3) or not _is_inertia(inertia):
+            problem = "the inertia is not a symmetric positive semi-definite 3 x 3 matrix"
+            raise InputError(problem, key="payload", allowed=f"entries up to {LARGEST_INERTIA_KG_M2:g} kg m2")
+        object.__setattr__(self, "inertia_kg_m2", inertia)
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""
         if self.inertia_kg_m2 is not None:
-            return np.asarray(self.inertia_kg_m2, dtype=float)
+            return self.inertia_kg_m2
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 
@@ -59,38 +71,92 @@ class Payload:
         return RigidBody(self.mass_kg, np.asarray(self.com_m, dtype=float), self.rotational_inertia_kg_m2())
 
 
+def _is_inertia(matrix: Array) -> bool:
+    if not (np.abs(matrix) <= LARGEST_INERTIA_KG_M2).all() or not np.allclose(matrix, matrix.T):
+        return False
+    return bool(np.linalg.eigvalsh(matrix)[0] >= 0.0)
+
+
+@dataclass(frozen=True, init=False, repr=False, eq=False)
 class Robot:
-    """A serial arm that carries a payload.
+    """A serial arm that carries a payload; it cannot be changed, see `variant`.
 
-    Args:
+    Attributes:
         file: Validated robot file.
-        payload: What it carries; nothing if not given.
-        source: How messages name the file; by the robot's name if not given.
-
-    Raises:
-        InputError: A moving body without usable inertia, or a payload above the rated one.
+        source: How messages name the file.
+        name: Name of the robot.
+        vendor: Its vendor.
+        payload: What it carries.
+        joint_names: Names of the n joints.
+        joint_count: Number n of joints.
+        lower_rad: Lower position limits, shape (n,). [rad]
+        upper_rad: Upper position limits, shape (n,). [rad]
+        velocity_rad_s: Velocity limits, shape (n,). [rad/s]
+        effort_nm: Continuous effort limits, shape (n,). [Nm]
+        peak_effort_nm: Peak effort limits, the continuous ones where none are given, shape (n,). [Nm]
+        home_rad: Configuration at home, shape (n,). [rad]
+        drives: Drives and controller.
+        mechanism: Bodies and joints, with the payload.
     """
 
+    file: RobotFile
+    source: str
+    name: str
+    vendor: str
+    payload: Payload
+    joint_names: tuple[str, ...]
+    joint_count: int
+    lower_rad: Array
+    upper_rad: Array
+    velocity_rad_s: Array
+    effort_nm: Array
+    peak_effort_nm: Array
+    home_rad: Array
+    drives: DriveParameters
+    mechanism: Mechanism
+
     def __init__(self, file: RobotFile, payload: Payload | None = None, source: str | None = None) -> None:
-        self.file = file
-        self.source = source if source is not None else file.name
-        self.name = file.name
-        self.vendor = file.vendor
-        self.payload = payload if payload is not None else Payload()
-        file.check_payload(self.payload.mass_kg)
+        """A robot of a file.
+
+        Args:
+            file: Validated robot file.
+            payload: What it carries; nothing if not given.
+            source: How messages name the file; by the robot's name if not given.
+
+        Raises:
+            InputError: A moving body without usable inertia, or a payload above the rated one.
+        """
+        if not isinstance(file, RobotFile):
+            raise InputError(f"{shown(file)} is not a robot file", key="file", allowed="what load_robot_file returns")
+        if payload is not None and not isinstance(payload, Payload):
+            allowed = "a Payload, or a mass as payload_kg"
+            raise InputError(f"{shown(payload)} is not a payload", key="payload", allowed=allowed)
+        carried = payload if payload is not None else Payload()
+        file.check_payload(carried.mass_kg)
         joints = file.moving_joints
-        self.joint_names: tuple[str, ...] = tuple(joint.name for joint in joints)
-        self.joint_count = len(joints)
         limits = [(joint.lower_rad, joint.upper_rad, joint.velocity_rad_s, joint.effort_nm) for joint in joints]
-        columns = (frozen(column) for column in np.array(limits, dtype=float).T)
-        self.lower_rad, self.upper_rad, self.velocity_rad_s, self.effort_nm = columns
+        lower, upper, velocity, effort = (frozen(column) for column in np.array(limits, dtype=float).T)
         peaks = [joint.peak_effort_nm for joint in joints]
-        self.peak_effort_nm = frozen([own or peak for own, peak in zip(peaks, self.effort_nm, strict=True)])
-        self.home_rad = frozen(file.home_rad)
-        self.drives = _drives(file, self.joint_names)
-        self.mechanism = assemble(file, self.source)
-        if self.payload.mass_kg > 0:
-            self.mechanism = self.mechanism.with_load(self.payload.body)
+        names = tuple(joint.name for joint in joints)
+        where = source if source is not None else file.name
+        mechanism = assemble(file, where)
+        vars(self).update(
+            file=file,
+            source=where,
+            name=file.name,
+            vendor=file.vendor,
+            payload=carried,
+            joint_names=names,
+            joint_count=len(joints),
+            lower_rad=lower,
+            upper_rad=upper,
+            velocity_rad_s=velocity,
+            effort_nm=effort,
+            peak_effort_nm=frozen([own or published for own, published in zip(peaks, effort, strict=True)]),
+            home_rad=frozen(file.home_rad),
+            drives=_drives(file, names),
+            mechanism=mechanism.with_load(carried.body) if carried.mass_kg > 0 else mechanism,
+        )
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.joint_count} joints, payload {self.payload.mass_kg:g} kg)"
@@ -109,9 +175,8 @@ class Robot:
     ) -> Robot:
         """The robot with other drives, another mechanism or other peak torques, everything else shared."""
         variant = copy.copy(self)
-        variant.drives = drives if drives is not None else self.drives
-        variant.mechanism = mechanism if mechanism is not None else self.mechanism
-        variant.peak_effort_nm = peak_effort_nm if peak_effort_nm is not None else self.peak_effort_nm
+        changes = {"drives": drives, "mechanism": mechanism, "peak_effort_nm": peak_effort_nm}
+        vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
 
     def check_configuration(self, q: ArrayLike, where: str = "configuration") -> Array:
@@ -127,22 +192,22 @@ class Robot:
         Raises:
             InputError: Wrong number of joints, not finite, or beyond a joint limit.
         """
-        try:
-            values = np.asarray(q, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError("joint positions must be numbers", key=where) from None
+        values = as_array(q, where, "joint positions")
         if values.shape != (self.joint_count,):
-            raise InputError(
-                f"{values.size} joint positions given, but {self.name} has {self.joint_count} joints", key=where
-            )
-        for name, value, lower, upper in zip(self.joint_names, values, self.lower_rad, self.upper_rad, strict=True):
-            if not np.isfinite(value):
+            given = counted(values.size, "joint position")
+            problem = f"{given} given, but {self.name} has {counted(self.joint_count, 'joint')}"
+            raise InputError(problem, key=where)
+        for name, value, lower, upper in zip(
+            self.joint_names, *(column.tolist() for column in (values, self.lower_rad, self.upper_rad)), strict=True
+        ):
+            if not math.isfinite(value):
                 raise InputError(f"{name} is not a finite number", key=where)
             if not lower - LIMIT_TOLERANCE_RAD <= value <= upper + LIMIT_TOLERANCE_RAD:
+                degrees = [math.degrees(angle) for angle in (value, lower, upper)]
                 raise InputError(
-                    f"{name} = {value:.4f} rad ({np.degrees(value):.2f} deg) is beyond its limit",
+                    f"{name} = {value:.6g} rad ({degrees[0]:.6g} deg) is beyond its limit",
                     key=where,
-                    allowed=f"{lower:.4f} to {upper:.4f} rad ({np.degrees(lower):.2f} to {np.degrees(upper):.2f} deg)",
+                    allowed=f"{lower:.6g} to {upper:.6g} rad ({degrees[1]:.6g} to {degrees[2]:.6g} deg)",
                 )
         return values
 

@@ -10,10 +10,13 @@ from pydantic import Field, model_validator
 
 from robojoule.documents import Document
 from robojoule.errors import InputError
+from robojoule.inputs import shown
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
 
 Vector = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0)]
+# What others are divided by: no figure of a machine is smaller, and below it results have no bounds.
+LEAST_FIGURE = 1e-6
+Positive = Annotated[float, Field(ge=LEAST_FIGURE)]
 NonNegative = Annotated[float, Field(ge=0)]
 JOINT_TYPES = ("revolute", "fixed")
 FigureGroup = Literal["kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives"]
@@ -82,8 +85,9 @@ class JointFile(Document):
             raise InputError(f"the joint type '{kind}' is unknown", key=_of_joint(name), allowed=", ".join(JOINT_TYPES))
         for key in ("velocity_rad_s", "effort_nm", "peak_effort_nm"):
             value = data.get(key)
-            if kind != "fixed" and isinstance(value, (int, float)) and not value > 0:
-                raise InputError(f"{key} is {value}", key=_of_joint(name), allowed="above 0")
+            if kind != "fixed" and isinstance(value, (int, float)) and not value >= LEAST_FIGURE:
+                allowed = "above 0" if not value > 0 else f"{LEAST_FIGURE:g} or more"
+                raise InputError(f"{key} is {shown(value)}", key=_of_joint(name), allowed=allowed)
         return data
 
     @model_validator(mode="after")
@@ -136,10 +140,10 @@ class DrivesFile(Document):
     provenance: str = Field(min_length=1, description="published, fitted or scaled: from what and how.")
     base_power_w: NonNegative
     drive_active_power_w: NonNegative
-    inverter_efficiency: Annotated[float, Field(gt=0, le=1)]
+    inverter_efficiency: Annotated[float, Field(ge=LEAST_FIGURE, le=1)]
     regeneration_efficiency: Annotated[float, Field(ge=0, le=1)]
-    torque_use: Annotated[float, Field(gt=0, le=1)]
-    torque_floor: Annotated[float, Field(gt=0, lt=1)]
+    torque_use: Annotated[float, Field(ge=LEAST_FIGURE, le=1)]
+    torque_floor: Annotated[float, Field(ge=LEAST_FIGURE, lt=1)]
     filter_time_s: Positive
     least_cruise_share: Annotated[float, Field(ge=0, lt=1)] = LEAST_CRUISE_SHARE
     joints: dict[str, JointDriveFile]

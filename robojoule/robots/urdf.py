@@ -24,8 +24,9 @@ from xml.etree import ElementTree
 
 from pydantic import Field
 
-from robojoule.documents import Document, load, parse, write_text
+from robojoule.documents import Document, check_file, load, parse, read_bytes, reason, write_text
 from robojoule.errors import InputError
+from robojoule.inputs import number_of
 from robojoule.robots.robot_file import (
     CapsuleFile,
     DrivesFile,
@@ -133,8 +134,7 @@ def write_urdf(file: RobotFile, path: str | Path) -> None:
 
 
 def _drive_file_beside(path: Path) -> Path:
-    if not path.exists():
-        raise InputError("there is no such file", file=path)
+    check_file(path)
     candidates = [path.with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
     for candidate in candidates:
         if candidate.exists():
@@ -148,11 +148,9 @@ def _drive_file_beside(path: Path) -> Path:
 
 def _read_xml(path: Path) -> ElementTree.Element:
     try:
-        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=path) from None
-    except (OSError, UnicodeDecodeError, ElementTree.ParseError) as error:
-        raise InputError(f"the file cannot be read ({error})", file=path) from None
+        root = ElementTree.fromstring(read_bytes(path))  # the file says its encoding
+    except (ValueError, LookupError, ElementTree.ParseError) as error:
+        raise InputError(f"the file cannot be read ({reason(error)})", file=path) from None
     if root.tag != "robot":
         raise InputError(f"the root element is <{root.tag}>", file=path, allowed="<robot>: a URDF")
     if any("xacro" in element.tag for element in root.iter()):
@@ -292,12 +290,9 @@ def _vector(
 
 def _number(text: str, path: Path, key: str) -> float:
     try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"'{text}' is not a finite number", file=path, key=key)
-    return value
+        return number_of(text)
+    except ValueError as error:
+        raise InputError(str(error), file=path, key=key) from None
 
 
 def _child(element: ElementTree.Element, tag: str, path: Path, key: str) -> ElementTree.Element:

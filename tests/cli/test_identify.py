@@ -65,7 +65,7 @@ def test_prints_a_table(log_file, capsys):
         (["LOG", "--robot", ROBOT, "--out", "a.txt"], "--out: unknown file type '.txt'; allowed: .json, .yaml, .yml"),
         (["LOG", "--robot", ROBOT, "--plot", "a.txt"], "--plot: unknown file type '.txt'; allowed: .svg, .png, .pdf"),
         (["LOG", "--robot", ROBOT, "--torque-constants", "a"], "--torque-constants: 'a' is not a list"),
-        (["LOG", "--robot", ROBOT, "--window", "0"], "0.0 s is not a valid length of the window"),
+        (["LOG", "--robot", ROBOT, "--window", "0"], "--window: 0 is out of range; allowed: 0.001 to 1 s"),
     ],
 )
 def test_bad_input_ends_with_2_and_one_line(log_file, capsys, words, message):

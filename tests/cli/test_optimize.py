@@ -94,10 +94,13 @@ BAD = {
     ),
     "type of output": (
         ["PROGRAM", "--cycle-time", "3", "--out", "a.txt"],
-        "a.txt: unknown file type '.txt'; allowed: ",
+        "--out: unknown file type '.txt'; allowed: .yaml, .yml, .json, .csv",
     ),
     "payload": (["PROGRAM", "--cycle-time", "3", "--payload", "17"], "a payload of 17 kg is more than kuka_kr16_r20"),
-    "mass": (["PROGRAM", "--cycle-time", "3", "--payload", "-1"], "the payload mass -1.0 is not a mass; allowed: 0 kg"),
+    "mass": (
+        ["PROGRAM", "--cycle-time", "3", "--payload", "-1"],
+        "--payload: -1 is not a valid payload mass; allowed: 0 kg",
+    ),
 }
 
 

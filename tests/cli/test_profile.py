@@ -72,8 +72,8 @@ BAD = {
     "unknown robot": (["--robot", "kr17", *MOVE[2:]], "unknown robot 'kr17'"),
     "joint count": ([*MOVE[:3], "0,0", *MOVE[4:]], "--from: 2 joint positions given"),
     "beyond": ([*MOVE[:3], "0,90,0,0,0,0", *MOVE[4:]], "--from: joint_2 = 1.5708 rad"),
-    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is not a list of joint positions"),
-    "payload": ([*MOVE, "--payload", "-3"], "payload mass -3.0"),
+    "not numbers": ([*MOVE[:3], "a,b", *MOVE[4:]], "--from: 'a,b' is not a list of numbers"),
+    "payload": ([*MOVE, "--payload", "-3"], "--payload: -3 is not a valid payload mass"),
     "payload above the rated one": (
         [*MOVE, "--payload", "20"],
         "a payload of 20 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",

@@ -76,10 +76,10 @@ BAD = {
     "infinite": ("q1_deg\n0\n1e999\n", ", line 3, column q1_deg: '1e999' is not a finite number"),
     "speed": (
         "q1_deg,speed_limit_percent\n0,\n1,101\n",
-        ", line 3, column speed_limit_percent: 101 is not a valid speed limit; allowed: above 0, at most 100",
+        ", line 3, column speed_limit_percent: 101 is not a valid speed limit; allowed: 0.01 to 100",
     ),
     "no speed": ("q1_deg,speed_limit_percent\n0,\n1,0\n", ", line 3, column speed_limit_percent: 0 is not a valid"),
-    "wait": ("q1_deg,wait_after_s\n0,\n1,-1\n", ", line 3, column wait_after_s: -1 is not a valid wait; allowed: 0 or"),
+    "wait": ("q1_deg,wait_after_s\n0,\n1,-1\n", ", line 3, column wait_after_s: -1 is not a valid wait; allowed: 0 to"),
     "wait at the start": (
         "q1_deg,wait_after_s\n0,2\n1,0\n",
         ", line 2, column wait_after_s: the first row is the start of the cycle, not a move; allowed: an empty cell",
@@ -104,7 +104,7 @@ def test_a_bad_file_says_where_it_is_wrong(tmp_path, text, message):
 def test_a_position_beyond_a_limit_names_its_line(tmp_path):
     header = ",".join(f"q{joint}_deg" for joint in range(1, 7))
     program = read(tmp_path, f"{header}\n0,-90,90,0,0,0\n\n0,90,0,0,0,0\n")
-    message = r"cycle\.csv, line 4: move 'move-1': joint_2 = 1\.5708 rad \(90\.00 deg\) is beyond its limit"
+    message = r"cycle\.csv, line 4: move 'move-1': joint_2 = 1\.5708 rad \(90 deg\) is beyond its limit"
     with pytest.raises(InputError, match=message):
         program.check(load_robot("kuka_kr16_r2010_2"))
 

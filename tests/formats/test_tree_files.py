@@ -176,7 +176,7 @@ BAD = {
     ),
     "zero-speed": (
         edit(*OPS, 0, "speed_limit_percent", value=0),
-        "operations.0.speed_limit_percent: operation 'go': input should be greater than 0 (found 0)",
+        "operations.0.speed_limit_percent: operation 'go': input should be greater than or equal to 0.01 (found 0)",
         True,
     ),
     "too-fast": (
@@ -242,8 +242,8 @@ BAD_FOR_ROBOT = {
     ),
     "beyond-limit": (
         edit(*IN_GROUP, 1, "target_rad", 1, value=2),
-        "operations.1.operations.1.target_rad: move 'stop': joint_2 = 2.0000 rad (114.59 deg) is beyond its limit; "
-        "allowed: -3.2289 to 1.1345 rad (-185.00 to 65.00 deg)",
+        "operations.1.operations.1.target_rad: move 'stop': joint_2 = 2 rad (114.592 deg) is beyond its limit; "
+        "allowed: -3.22886 to 1.13446 rad (-185 to 65 deg)",
     ),
 }
 

@@ -49,7 +49,19 @@ def test_anything_else_is_refused(asked):
     with pytest.raises(InputError) as caught:
         cycle_time_s(asked, given_s=6.0, least_s=5.0)
     allowed = "allowed: seconds (7.5), or a share above the program's own cycle time (+10%)"
-    assert str(caught.value) == f"cycle_time: '{asked}' is not a valid cycle time; {allowed}"
+    assert str(caught.value) == f"cycle_time: {asked!r} is not a valid cycle time; {allowed}"
+
+
+@pytest.mark.parametrize("asked", ["+\uff11\uff10%", "1_0", b"+10%", {}, 10**400, -(10**400)], ids=ascii)
+def test_what_only_looks_like_a_number_is_refused(asked):
+    with pytest.raises(InputError, match="is not a valid cycle time"):
+        cycle_time_s(asked, given_s=6.0, least_s=5.0)
+
+
+@pytest.mark.parametrize("asked", [1e9, "1e9", "86401", "+1e308%", "+2000000%"])
+def test_longer_than_a_day_is_refused(asked):
+    with pytest.raises(InputError, match=r"is too long for a cycle; allowed: at most 86400 s"):
+        cycle_time_s(asked, given_s=6.0, least_s=5.0)
 
 
 def test_too_short_a_cycle_names_the_least_one():

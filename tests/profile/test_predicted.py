@@ -15,7 +15,7 @@ from robojoule.profile.predictor_file import load_profile_predictor, save_profil
 from robojoule.profile.reference import TRAINED, reference_predictor
 from robojoule.robots import load_robot
 from robojoule.robots.drives import DriveParameters
-from robojoule.robots.robot import Payload
+from robojoule.robots.robot import Payload, Robot
 from tests.reproduction.study import cases
 
 
@@ -144,10 +144,9 @@ def test_the_trained_predictor_holds_simulated_energies_of_new_trees_in_its_inte
 
 def test_other_robots_and_changed_ones_get_nominal_physics(reference):
     stranger = load_robot("ur_ur10e", Payload(2.0))
-    changed = load_robot("kuka_kr16_r2010_2", Payload(10.0))
-    changed.drives = replace(changed.drives, base_power_w=changed.drives.base_power_w * 1.1)
-    heavier = load_robot("kuka_kr16_r2010_2", Payload(10.0))
-    heavier.file = heavier.file.model_copy(update={"rated_payload_kg": 17.0})
+    robot = load_robot("kuka_kr16_r2010_2", Payload(10.0))
+    changed = robot.variant(drives=replace(robot.drives, base_power_w=robot.drives.base_power_w * 1.1))
+    heavier = Robot(robot.file.model_copy(update={"rated_payload_kg": 17.0}), robot.payload)
     for robot in (stranger, changed, heavier):
         predictor = reference_predictor(robot)
         assert predictor.note.startswith(f"no run of {robot.name} is known: nominal physics")

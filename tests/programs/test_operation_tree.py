@@ -74,7 +74,7 @@ def test_empty_plan_changes_nothing():
     [
         pytest.param({"e": 50}, {}, "the tree 'nested' has no move 'e'", id="unknown-move"),
         pytest.param({"weld": 50}, {}, "the tree 'nested' has no move 'weld'", id="not-a-move"),
-        pytest.param({"a": 0}, {}, "greater than 0", id="zero-speed"),
+        pytest.param({"a": 0}, {}, "greater than or equal to 0.01", id="zero-speed"),
         pytest.param({"a": 100.1}, {}, "less than or equal to 100", id="too-fast"),
         pytest.param({"a": float("nan")}, {}, "finite", id="nan"),
         pytest.param({}, {"a": -1.0}, "greater than or equal to 0", id="negative-wait"),

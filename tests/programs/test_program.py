@@ -44,8 +44,8 @@ BAD = {
     ),
     "limit": (
         program(HOME_DEG, (0, 90, 0, 0, 0, 0), path=Path("pick.yaml")),
-        "pick.yaml, operations.1.target_rad: move 'move-2': joint_2 = 1.5708 rad (90.00 deg) is beyond its limit; "
-        "allowed: -3.2289 to 1.1345 rad (-185.00 to 65.00 deg)",
+        "pick.yaml, operations.1.target_rad: move 'move-2': joint_2 = 1.5708 rad (90 deg) is beyond its limit; "
+        "allowed: -3.22886 to 1.13446 rad (-185 to 65 deg)",
     ),
     "joints": (
         Program(tree_from_configurations("short", np.zeros((2, 5))), Path("short.csv"), None, {"start_rad": "line 2"}),

@@ -46,9 +46,9 @@ def test_default_inertia_is_a_solid_sphere():
 
 
 BAD_PAYLOADS = {
-    "negative": ({"mass_kg": -1.0}, "payload mass -1.0"),
-    "not finite": ({"mass_kg": float("nan")}, "payload mass nan"),
-    "centre": ({"com_m": (0.0, float("inf"), 0.0)}, "centre of mass is not finite"),
+    "negative": ({"mass_kg": -1.0}, "-1 is not a valid payload mass"),
+    "not finite": ({"mass_kg": float("nan")}, "nan is not a valid payload mass"),
+    "centre": ({"com_m": (0.0, float("inf"), 0.0)}, "is not a valid centre of mass"),
     "inertia": ({"inertia_kg_m2": np.array([[1, 2, 0], [0, 1, 0], [0, 0, 1.0]])}, "symmetric positive"),
 }
 
@@ -62,7 +62,7 @@ def test_bad_payloads(arguments, message):
 BAD_CONFIGURATIONS = {
     "too few": ([0, 0, 0], "3 joint positions given, but kuka_kr16_r2010_2 has 6 joints"),
     "nan": ([0, float("nan"), 0, 0, 0, 0], "joint_2 is not a finite number"),
-    "beyond": ([0, 1.5, 0, 0, 0, 0], r"joint_2 = 1.5000 rad \(85.94 deg\) is beyond its limit; allowed: -3.2289 to"),
+    "beyond": ([0, 1.5, 0, 0, 0, 0], r"joint_2 = 1.5 rad \(85.9437 deg\) is beyond its limit; allowed: -3.22886 to"),
     "text": (["a"] * 6, "joint positions must be numbers"),
 }
 
@@ -74,9 +74,15 @@ def test_bad_configurations(q, message):
     assert str(caught.value).startswith("start: ")
 
 
-def test_unknown_robot_lists_the_catalog():
-    with pytest.raises(InputError, match=r"unknown robot 'kr17'; allowed: .*kuka_kr16_r2010_2"):
-        load_robot("kr17")
+@pytest.mark.parametrize("name", ["kr16 r2010", "KUKA_KR16_R2010_2", "kr16_r2010_2", "kuka kr16-2010", "kr17"])
+def test_an_unknown_robot_is_told_its_near_names(name):
+    with pytest.raises(InputError, match=r"^unknown robot '.*' \(did you mean .*kuka_kr16_r2010_2"):
+        load_robot(name)
+
+
+def test_a_name_that_resembles_none_is_told_where_they_are_listed():
+    with pytest.raises(InputError, match=r"^unknown robot 'xyzzy'; allowed: a name that list_robots or `robojoule"):
+        load_robot("xyzzy")
     assert "kuka_kr16_r2010_2" in list_robots()
 
 
@@ -89,8 +95,8 @@ def test_nothing_is_carried_unless_said():
 PAYLOADS_OF_5_KG = {"payload_kg": 5.0, "payload": Payload(5.0)}
 BAD_LOADS = {
     "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of both"),
-    "number": ({"payload": 5.0}, "payload: 5.0 is not a payload; allowed: a Payload, or a mass as payload_kg"),
-    "text": ({"payload_kg": "five"}, "the payload mass five is not a mass; allowed: 0 kg or more"),
+    "number": ({"payload": 5.0}, "payload: 5 is not a payload; allowed: a Payload, or a mass as payload_kg"),
+    "text": ({"payload_kg": "five"}, "'five' is not a valid payload mass; allowed: 0 kg or more"),
     "too much": ({"payload_kg": 17}, "a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for"),
 }
 

@@ -101,10 +101,11 @@ BODY_FAULTS = {
 
 
 @pytest.mark.parametrize("change, message", BODY_FAULTS.values(), ids=BODY_FAULTS)
-def test_unusable_bodies_are_told_with_file_and_key_on_the_command_line(tmp_path, capsys, change, message):
-    path = tmp_path / "arm.json"
+def test_unusable_bodies_are_told_with_file_and_key_on_the_command_line(tmp_path, monkeypatch, capsys, change, message):
+    monkeypatch.chdir(tmp_path)
+    path = "arm.json"
     write_document(path, broken(change))
-    assert main(["profile", "--robot", str(path), "--from", "0,0", "--to", "9,9"]) == 2
+    assert main(["profile", "--robot", path, "--from", "0,0", "--to", "9,9"]) == 2
     shown = capsys.readouterr().err
     assert shown.startswith(f"robojoule profile: {path}, {message}")
     assert shown.count("\n") == 1

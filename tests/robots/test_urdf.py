@@ -187,15 +187,16 @@ def test_bad_urdf_gives_one_clear_sentence(two, case):
         assert word in message, message
 
 
-def test_missing_inertia_of_a_urdf(two):
+def test_missing_inertia_of_a_urdf(two, monkeypatch):
     start, end = TWO_JOINTS.index('<link name="fore">'), TWO_JOINTS.index('<link name="hand">')
     text = TWO_JOINTS[:start] + '<link name="fore"/>' + TWO_JOINTS[end:]
     hand = text[text.index('<link name="hand">') : text.index("</robot>")]
     two.write_text(text.replace(hand, '<link name="hand"/>'))
+    monkeypatch.chdir(two.parent)
     with pytest.raises(InputError) as caught:
-        load_robot(two)
+        load_robot(two.name)
     problem = "joint 'elbow' moves the links 'fore', 'hand', none of which has inertial figures"
-    assert str(caught.value).startswith(f"{two} with two.drives.yaml, links.fore: {problem}")
+    assert str(caught.value).startswith(f"{two.name} with two.drives.yaml, links.fore: {problem}")
 
 
 def test_no_drive_file(tmp_path):
