@@ -101,8 +101,10 @@ def at_speed_limit(runs: TreeRuns, speed_limit: float) -> Array:
 def of_trees(runs: TreeRuns) -> tuple[Array, Array]:
     """Duration [s] and energy [J] of each tree at full speed, trees in rising order."""
     trees = np.unique(runs.tree, return_inverse=True)[1]
-    sums = [np.bincount(trees, weights=values[:, -1]) for values in (runs.duration_s, runs.energy_j)]
-    return sums[0], sums[1]
+    duration, energy = np.zeros((2, int(trees.max()) + 1))
+    np.add.at(duration, trees, runs.duration_s[:, -1])
+    np.add.at(energy, trees, runs.energy_j[:, -1])
+    return duration, energy
 
 
 def inside(duration_s: Array, energy_j: Array) -> NDArray[np.bool_]:

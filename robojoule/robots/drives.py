@@ -55,7 +55,7 @@ class DriveParameters:
         torque_use: Share of the peak torque that the controller's acceleration may use. [-]
         torque_floor: Share of the peak torque left for acceleration where less would be, as far as the peak allows. [-]
         filter_time_s: Acceleration divided by jerk: length of a jerk phase. [s]
-        least_cruise_share: Least share of a run's duration at constant velocity; it caps the velocity at full speed. [-]
+        least_cruise_share: Least share of a run's duration at constant velocity; caps the velocity at full speed. [-]
         load_friction: Friction per transmitted torque (gear mesh loss), shape (n,) or one value for all joints. [-]
     """
 

@@ -27,7 +27,8 @@ class Provenance(Document):
     """Where a group of figures comes from.
 
     Kinds: published by the vendor or in the literature; composed from published figures of siblings; fitted on
-    published totals; scaled from anchors by law; identified from measurements; stated by whoever wrote the file; assumed where nothing is known.
+    published totals; scaled from anchors by law; identified from measurements; stated by whoever wrote the file;
+    assumed where nothing is known.
     """
 
     kind: FigureKind

@@ -235,7 +235,8 @@ class Scaling:
                 joint["effort_nm"] = _rounded(effort)
             data["provenance"]["effort"]["note"] = _EFFORT_NOTE
         for joint in joints:  # limits of collaborative arms are those of their safety functions: there is no more
-            joint["peak_effort_nm"] = _rounded(joint["effort_nm"] * (1.0 if cobot else self.peak_over_effort))
+            published = joint["effort_nm"]
+            joint["peak_effort_nm"] = published if cobot else _rounded(published * self.peak_over_effort)
         data["provenance"]["peak_effort"] = {"kind": "assumed", "note": _COBOT_PEAK_NOTE if cobot else _PEAK_NOTE}
         file = parse(RobotFile, data, name)
         effort, velocity = limits(file)
