@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from reproduction.methods.krc_polynomial import KrcPolynomial, polynomial_costs, profiling_speed_limits
+from reproduction.methods.krc_polynomial import (
+    PROFILING_SLOWEST,
+    KrcPolynomial,
+    polynomial_costs,
+    profiling_speed_limits,
+)
 from reproduction.methods.method import Variant
 from reproduction.methods.polynomial_profile import fit_polynomial
 from robojoule.errors import InputError
@@ -28,7 +33,8 @@ def test_profiling_runs_are_distinct_and_equidistant(batch):
     by_duration = batch.paths.durations(profiling_speed_limits(batch, "duration"))
     assert np.diff(by_duration, n=2, axis=1) == pytest.approx(0.0, abs=1e-7)
     assert by_duration[:, 0] == pytest.approx(batch.d_min_s, abs=1e-9)
-    assert by_duration[:, -1] == pytest.approx(batch.d_max_s, abs=1e-9)
+    slowest_s = batch.paths.durations([PROFILING_SLOWEST])[:, 0]
+    assert by_duration[:, -1] == pytest.approx(slowest_s, abs=1e-9)
     with pytest.raises(InputError, match="unknown spacing 'energy'; allowed: speed, duration"):
         profiling_speed_limits(batch, "energy")
 
@@ -41,7 +47,7 @@ def test_polynomial_costs_cover_the_whole_range_even_without_length(batch):
     for v, cost in enumerate(costs):
         assert cost.profile.segments == (4 if batch.paths.moving[v] else 0)
         assert cost.profile.d_min_s == pytest.approx(batch.d_min_s[v])
-        assert cost.profile.d_max_s == pytest.approx(batch.d_max_s[v])
+        assert cost.profile.d_max_s == pytest.approx(batch.paths.durations([PROFILING_SLOWEST])[v, 0])
         assert (cost.idle_prior_w, cost.idle_post_w) == (1.0, 2.0)
 
 
