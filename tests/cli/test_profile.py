@@ -3,7 +3,6 @@
 import json
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.api import energy_profile
@@ -50,6 +49,7 @@ def test_profile_prints_a_table(capsys):
 
 def test_profile_warns_of_torques_beyond_the_effort_limits(capsys):
     """Stretched out with its rated payload, the KR500 cannot even stand; joint 1 turns it, the others rest."""
+    pin = pytest.importorskip("pinocchio")
     stretched = ["--from", "0,0,0,0,0,0", "--to", "60,0,0,0,0,0", "--points", "2"]
     robot = load_robot("kuka_kr500_r2800_2", Payload(500.0))
     gravity = np.abs(pin.computeGeneralizedGravity(robot.model, robot.model.createData(), np.zeros(6)))
