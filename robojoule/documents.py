@@ -181,7 +181,7 @@ def write_document(path: str | Path, data: Any) -> None:
     """Write plain data as YAML or JSON (by suffix), atomically, keys in the given order.
 
     Raises:
-        InputError: The suffix is neither of both.
+        InputError: The suffix is neither YAML's nor JSON's.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _SUFFIXES:

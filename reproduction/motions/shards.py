@@ -124,7 +124,7 @@ def open_folder(motion_set: MotionSet, root: Path) -> list[int]:
                     allowed="the same parameters, or another folder",
                 )
     elif root.exists() and (not root.is_dir() or any(root.iterdir())):
-        raise InputError("this is no folder of a motion set", file=root, allowed="an empty or a new folder")
+        raise InputError("this is not the folder of a motion set", file=root, allowed="an empty or a new folder")
     else:
         write_document(folder.manifest, {"made_from": key, "shards": []})
     for parts in (folder.motions(0).parent, folder.runs(0).parent):

@@ -45,14 +45,14 @@ PUBLISHED_FIGURES = (
 
 
 def energy_model_rows(metrics: dict[str, float]) -> list[Row]:
-    """The published figures, one row each: figure, published, bounds, ours, fitted or not, held or not."""
+    """The published figures, one row each: figure, published, bounds, robojoule, fitted or not, held or not."""
     return [
         {
             "figure": item.figure,
             "published": item.published,
             "low": item.low,
             "high": item.high,
-            "ours": round(metrics[item.metric], 4),
+            "robojoule": round(metrics[item.metric], 4),
             "fitted": verdict(item.fitted),
             "held": verdict(item.low <= metrics[item.metric] <= item.high),
         }

@@ -43,7 +43,7 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
     beyond = int((steepness > shown).sum())
     ax.set_xlim(0, shown)
     ax.set_xlabel("steepness [J/s]")
-    ax.set_ylabel("measured energy saving [J]")
+    ax.set_ylabel("simulated energy saving [J]")
     count = len(rows["energy_saving_j"])
     return Drawing(
         figure,

@@ -169,7 +169,7 @@ def _joint_columns(header: _Row) -> list[str]:
 
 
 def _names(rows: list[_Row]) -> list[str]:
-    """Names of the moves, one a row, each once."""
+    """Names of the moves, one per row, each once."""
     lines: dict[str, int] = {}
     for row in rows:
         name = row.cells["name"]

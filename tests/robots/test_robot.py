@@ -89,7 +89,7 @@ def test_nothing_is_carried_unless_said():
 
 PAYLOADS_OF_5_KG = {"payload_kg": 5.0, "payload": Payload(5.0)}
 BAD_LOADS = {
-    "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of both"),
+    "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of the two"),
     "number": ({"payload": 5.0}, "payload: 5.0 is not a payload; allowed: a Payload, or a mass as payload_kg"),
     "text": ({"payload_kg": "five"}, "the payload mass five is not a mass; allowed: 0 kg or more"),
     "too much": ({"payload_kg": 17}, "a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for"),

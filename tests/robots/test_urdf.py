@@ -80,9 +80,9 @@ def assert_same_dynamics(robot, other):
     data, other_data = robot.model.createData(), other.createData()
     for _ in range(20):
         q, qd, qdd = rng.uniform(-2, 2, (3, robot.joint_count))
-        ours = pin.rnea(robot.model, data, q, qd, qdd)
-        theirs = pin.rnea(other, other_data, q, qd, qdd)
-        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * max(1.0, np.abs(theirs).max()))
+        found = pin.rnea(robot.model, data, q, qd, qdd)
+        expected = pin.rnea(other, other_data, q, qd, qdd)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * max(1.0, np.abs(expected).max()))
 
 
 def test_two_joint_urdf_end_to_end(two):

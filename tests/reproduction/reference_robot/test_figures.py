@@ -34,4 +34,4 @@ def test_check_marks_what_is_held():
     metrics = {item.metric: (item.low + item.high) / 2 for item in PUBLISHED_FIGURES} | {"idle_power_max_w": 600.0}
     rows = energy_model_rows(metrics)
     assert [row["held"] for row in rows] == ["true"] * (len(rows) - 1) + ["false"]
-    assert rows[-1]["figure"] == "largest idle power at the trees' points [W]" and rows[-1]["ours"] == 600.0
+    assert rows[-1]["figure"] == "largest idle power at the trees' points [W]" and rows[-1]["robojoule"] == 600.0
