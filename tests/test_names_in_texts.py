@@ -14,7 +14,9 @@ DOTTED = re.compile(rf"\b((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+)")
 CODE_MARK = re.compile(r"`+([^`\n]+)`+")
 PATH = re.compile(rf"^((?:{'|'.join((*PACKAGES, 'tests', 'docs', 'studies'))})/[\w./-]+)$")
 # "Ours" leaves open whose; "is no mass" is not English, while "there is no mass" is; nor is "one of both".
-UNWANTED = re.compile(r"\b(?:ours|our|we)\b|(?<!here )\bis no |\bone a (?:joint|motion|method|row)\b|one of both", re.I)
+UNWANTED = re.compile(
+    r"\b(?:ours|our|we)\b|(?<!here )\b(?:is|are) no |\bone a (?:joint|motion|method|row)\b|one of both", re.I
+)
 NOT_OF_THE_HOUSE = ("LICENSE", "uv.lock", "data/", "reports/", "studies/tables/", "tests/test_names_in_texts.py")
 MADE = ("studies/data/",)  # files that stages make and git does not keep
 

@@ -43,7 +43,7 @@ class MotionSet(Document):
     robot: RobotParams
     seed: int = Field(ge=0)
     motions: int = Field(ge=1, description="Number of motions.")
-    shard_motions: int = Field(default=10000, ge=1, description="Motions a shard.")
+    shard_motions: int = Field(default=10000, ge=1, description="Motions per shard.")
     budget_rad: tuple[float, float] = Field(
         default=(2.1, 4.5), description="Smallest and largest sum of a motion's joint changes. [rad]"
     )

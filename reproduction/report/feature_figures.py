@@ -49,7 +49,7 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
         figure,
         f"Measured energy saving over steepness (Eq. 4.1) of {count} motions that save energy by slowing down. The "
         "same steepness is reached with small savings quickly and with large ones later. "
-        f"{beyond} of them lie beyond the right end, with small savings in very short times.",
+        f"{beyond} of them are beyond the right end, with small savings in very short times.",
         f"Scatter plot of {count} motions in a wedge: savings spread wider the larger the steepness is; colour shows "
         "the duration penalty.",
     )

@@ -77,7 +77,7 @@ def _by_cycle_time(caption: str, rows: Rows, column: str, published_suffix: str)
                 lines.setdefault(label, {})[number(row["relaxation_percent"])] = value
     trees = " to ".join(dict.fromkeys(sorted((row["trees"] for row in rows), key=number)))
     return Table(
-        f"{caption}; {trees} trees a row",
+        f"{caption}; {trees} trees per row",
         ("method", *(f"{percent:g} %" for percent in percents)),
         tuple(
             (label, *(_cell(values.get(percent, float("nan"))) for percent in percents))

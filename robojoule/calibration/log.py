@@ -159,7 +159,7 @@ def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Sequence[
         )
     constants = np.asarray(torque_constants_nm_per_a, dtype=float)
     if constants.shape != (robot.joint_count,) or not np.all(np.isfinite(constants) & (constants > 0.0)):
-        raise InputError("these are no torque constants", allowed=f"{robot.joint_count} positive numbers [Nm/A]")
+        raise InputError("these are not torque constants", allowed=f"{robot.joint_count} positive numbers [Nm/A]")
     return np.asarray(current * constants * robot.drives.gear_ratio)
 
 

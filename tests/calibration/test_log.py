@@ -75,7 +75,7 @@ def test_currents_become_link_side_torques(tmp_path, robot):
     np.testing.assert_allclose(log.torque_nm, np.tile(robot.drives.gear_ratio, (N, 1)))
     with pytest.raises(InputError, match="torque constants"):
         read_log(path, robot)
-    with pytest.raises(InputError, match=r"no torque constants.*6 positive"):
+    with pytest.raises(InputError, match=r"not torque constants.*6 positive"):
         read_log(path, robot, [0.5] * 5)
 
 
