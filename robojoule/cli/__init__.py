@@ -16,6 +16,7 @@ from importlib import import_module
 from robojoule import __version__
 
 COMMANDS = {
+    "example": "write a program or a script to start from",
     "robots": "list the robots of the catalog",
     "profile": "energy over duration of one motion",
     "simulate": "cycle time, energy, largest power and torque of a program as it stands",
