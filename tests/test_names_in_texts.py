@@ -17,7 +17,15 @@ PATH = re.compile(rf"^((?:{'|'.join((*PACKAGES, 'tests', 'docs', 'studies'))})/[
 UNWANTED = re.compile(
     r"\b(?:ours|our|we)\b|(?<!here )\b(?:is|are) no |\bone a (?:joint|motion|method|row)\b|one of both", re.I
 )
-NOT_OF_THE_HOUSE = ("LICENSE", "uv.lock", "data/", "reports/", "studies/tables/", "tests/test_names_in_texts.py")
+NOT_OF_THE_HOUSE = (
+    "CHANGELOG",
+    "LICENSE",
+    "uv.lock",
+    "data/",
+    "reports/",
+    "studies/tables/",
+    "tests/test_names_in_texts.py",
+)
 MADE = ("studies/data/",)  # files that stages make and git does not keep
 
 
