@@ -1,7 +1,7 @@
 """Plans of one tree: model and solution, a sweep over cycle times, 500 motions. `python -m benchmarks.planning`.
 
-Profiles of the small tree are chords through 19 simulated runs a motion. The sweep changes the cycle time of one loaded
-model; beside it stands the same sweep with a model built anew for each cycle time.
+Profiles of the small tree are chords through 19 simulated runs per motion. The sweep changes the cycle time of one
+loaded model, against the same sweep with a model built anew for each cycle time.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def measure(folder: Path) -> dict[str, float]:
     # Spawned, as the workers of a stage on a fresh machine are.
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         files = [folder / f"part-{shard}.parquet" for shard in range(8)]
-        list(pool.map(simulate_and_write, files[:WORKERS], [10] * WORKERS))  # imports are no part of the rate
+        list(pool.map(simulate_and_write, files[:WORKERS], [10] * WORKERS))  # imports are not part of the rate
         start = time.perf_counter()
         list(pool.map(simulate_and_write, files, [SHARD_MOTIONS] * len(files), range(len(files))))
         rate = len(files) * SHARD_MOTIONS / (time.perf_counter() - start)

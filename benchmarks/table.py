@@ -89,10 +89,10 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
     ),
     (
         "commands",
-        "profile_over_import_pinocchio",
-        "`robojoule profile` over `import pinocchio`",
+        "profile_over_imports",
+        "`robojoule profile` over bare imports of the packages that it loads",
         "at most 3",
-        "{profile_s} s (target: 1.5) against {import_pinocchio_s} s; `robojoule --help` {help_s} s (target: 0.3)",
+        "{profile_s} s (target: 1.5) against {imports_s} s; `robojoule --help` {help_s} s (target: 0.3)",
     ),
     (
         "commands",

@@ -36,7 +36,7 @@ def cumulative_kj(torque_nm: Array, recording: Recording) -> Array:
 
 
 def draw(path: Path, results: dict[str, Comparison], recordings: dict[str, Recording]) -> None:
-    """Torque of every joint and the energy over time, one column a run."""
+    """Torque of every joint and the energy over time, one column per run."""
     import matplotlib
 
     matplotlib.use("svg")

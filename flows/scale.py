@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("--payload", type=float, default=10.0, metavar="KG", help="payload mass [kg] (default: 10)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the motions (default: 1)")
     parser.add_argument(
-        "--shard-motions", type=int, default=10000, metavar="N", help="motions a shard (default: 10000)"
+        "--shard-motions", type=int, default=10000, metavar="N", help="motions per shard (default: 10000)"
     )
     parser.add_argument("--runner", default="processes", help=f"task runner: {', '.join(RUNNERS)} (default: processes)")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="processes or threads")

@@ -17,18 +17,18 @@ class Claim:
     Attributes:
         claim: The statement.
         thesis: What the thesis found.
-        ours: What comes out here.
+        robojoule: What comes out here.
         held: Whether the result is as good or points the same way; none if it cannot be told.
     """
 
     claim: str
     thesis: str
-    ours: str
+    robojoule: str
     held: bool | None
 
     def row(self) -> Row:
         """Cells of the claim in a result table."""
-        return {"claim": self.claim, "thesis": self.thesis, "ours": self.ours, "held": verdict(self.held)}
+        return {"claim": self.claim, "thesis": self.thesis, "robojoule": self.robojoule, "held": verdict(self.held)}
 
 
 COLUMNS = tuple(field.name for field in fields(Claim))
@@ -59,5 +59,5 @@ def read_claims(path: Path) -> list[Claim]:
             raise InputError(f"column '{missing[0]}' is missing", file=path, key=row.get("claim"))
         if row["held"] not in meaning:
             raise InputError(f"'{row['held']}' is not a verdict", file=path, key="held", allowed="true, false, empty")
-        claims.append(Claim(row["claim"], row["thesis"], row["ours"], meaning[row["held"]]))
+        claims.append(Claim(row["claim"], row["thesis"], row["robojoule"], meaning[row["held"]]))
     return claims

@@ -19,7 +19,7 @@ class Layout:
 
     @property
     def trees(self) -> Path:
-        """Operation trees, one row a point."""
+        """Operation trees, one row per point."""
         return self.data_dir / "trees.parquet"
 
     @property
@@ -29,12 +29,12 @@ class Layout:
 
     @property
     def motions(self) -> Path:
-        """Point-to-point motions, one row a motion."""
+        """Point-to-point motions, one row per motion."""
         return self.data_dir / "motions.parquet"
 
     @property
     def runs(self) -> Path:
-        """Simulated runs, one row a motion and speed limit."""
+        """Simulated runs, one row per motion and speed limit."""
         return self.data_dir / "runs.parquet"
 
     @property
@@ -44,12 +44,12 @@ class Layout:
 
     @property
     def paths(self) -> Path:
-        """Chebyshev coefficients of the path torques, one row a motion."""
+        """Chebyshev coefficients of the path torques, one row per motion."""
         return self.data_dir / "paths.parquet"
 
     @property
     def features(self) -> Path:
-        """Features and targets, one row a motion."""
+        """Features and targets, one row per motion."""
         return self.data_dir / "features.parquet"
 
     @property
@@ -64,7 +64,7 @@ class Layout:
 
     @property
     def plans(self) -> Path:
-        """Every plan, one row a vertex."""
+        """Every plan, one row per vertex."""
         return self.data_dir / "plans.parquet"
 
     @property

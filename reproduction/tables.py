@@ -135,7 +135,7 @@ def read_runs(path: Path, motion_id: Index) -> tuple[Array, Array, Array]:
     """Simulated runs of some motions.
 
     Args:
-        path: Runs, one row a motion and speed limit.
+        path: Runs, one row per motion and speed limit.
         motion_id: Which motions, shape (M,).
 
     Returns:

@@ -169,7 +169,7 @@ def identify(
     Args:
         log: CSV or Parquet file, or a log that was read.
         robot: The robot that was measured, with its payload; its link inertias and gear ratios are taken as given.
-        torque_constants: Motor torque over motor current, one a joint, for a file with motor currents. [Nm/A]
+        torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
         smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
         window_s: Length over which power is averaged; 0.1 s if not given. [s]
 

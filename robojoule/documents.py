@@ -330,7 +330,7 @@ def write_document(path: str | Path, data: Any) -> None:
     """Write plain data as YAML or JSON (by suffix), atomically, keys in the given order.
 
     Raises:
-        InputError: The suffix is neither of both, or the file cannot be written.
+        InputError: The suffix is neither YAML's nor JSON's, or the file cannot be written.
     """
     suffix = Path(path).suffix
     if suffix.lower() not in _SUFFIXES:

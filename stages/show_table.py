@@ -21,7 +21,7 @@ COLUMNS = (
     "gap_to_optimum_percent",
     "trees",
 )
-# Title of a block, our column, ending of the thesis's columns in its Table 6.1.
+# Title of a block, column, ending of the thesis's columns in its Table 6.1.
 BLOCKS = (
     ("Energy saved at equal cycle time, Eq. 6.1 [%]", "saving_percent", "_saving_percent_eq_6_1"),
     (
@@ -51,23 +51,23 @@ def table_text(rows: list[dict[str, str]], thesis: list[dict[str, str]]) -> str:
     Returns:
         Several lines without a final line break.
     """
-    relaxations = sorted({float(row["relaxation_percent"]) for row in rows})
-    blocks = [(title, _ours(rows, column), _theirs(thesis, ending)) for title, column, ending in BLOCKS]
-    width = max(len(label) for _, ours, theirs in blocks for label in (*ours, *theirs)) + 2
-    rule = "-" * (width + 9 * len(relaxations))
+    percents = sorted({float(row["relaxation_percent"]) for row in rows})
+    blocks = [(title, _own(rows, column), _published(thesis, ending)) for title, column, ending in BLOCKS]
+    width = max(len(label) for _, own, published in blocks for label in (*own, *published)) + 2
+    rule = "-" * (width + 9 * len(percents))
     trees = " to ".join(sorted({row["trees"] for row in rows}, key=float))
-    head = "cycle time".ljust(width) + "".join(f"{relaxation:>7g} %" for relaxation in relaxations)
+    head = "cycle time".ljust(width) + "".join(f"{percent:>7g} %" for percent in percents)
     lines = [f"Table 6.1: {trees} trees, beside the thesis (CTU in Prague, 2023)", rule, head, rule]
-    for title, ours, theirs in blocks:
+    for title, own, published in blocks:
         lines.append(title)
-        for label, values in (*ours.items(), *theirs.items()):
-            cells = (f"{values[r]:>8.2f} " if r in values else " " * 9 for r in relaxations)
+        for label, values in (*own.items(), *published.items()):
+            cells = (f"{values[r]:>8.2f} " if r in values else " " * 9 for r in percents)
             lines.append(f"  {label}".ljust(width) + "".join(cells))
         lines.append(rule)
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _ours(rows: list[dict[str, str]], column: str) -> Lines:
+def _own(rows: list[dict[str, str]], column: str) -> Lines:
     lines: Lines = {}
     for row in rows:
         if row[column]:
@@ -76,7 +76,7 @@ def _ours(rows: list[dict[str, str]], column: str) -> Lines:
     return lines
 
 
-def _theirs(thesis: list[dict[str, str]], ending: str | None) -> Lines:
+def _published(thesis: list[dict[str, str]], ending: str | None) -> Lines:
     lines: Lines = {}
     for method, key in (("KRC polynomial", "krc"), ("predicted", "pred")):
         for row in thesis:
@@ -98,7 +98,7 @@ def main() -> None:
     try:
         text = table_text(rows, published())
     except (ValueError, TypeError):
-        raise SystemExit(f"show_table: {TABLE} holds a cell that is no number; run `make repro` again") from None
+        raise SystemExit(f"show_table: {TABLE} holds a cell that is not a number; run `make repro` again") from None
     sys.stdout.write(text + "\n")
 
 

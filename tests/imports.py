@@ -12,7 +12,9 @@ LATE = {("robojoule/programs/program.py", "robojoule/formats/registry.py")}
 
 
 def python_files(*folders: str) -> list[Path]:
-    return sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    """Modules in folders; the examples are scripts of users, not modules."""
+    found = sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    return [path for path in found if path.parent != ROOT / "robojoule/examples"]
 
 
 def module_name(path: Path) -> str:

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from benchmarks import table
+from benchmarks import commands, table
 from benchmarks.measure import interleaved, ratio, rounded, run
 from benchmarks.scale import motions_per_s
 
@@ -27,6 +27,19 @@ def test_every_measured_figure_has_its_place_in_the_table():
             assert (section, name) in shown or beside or name in ("curve", "floor_nodes"), f"{section}.{name}"
             if (section, name) in shown:
                 assert f"| {value:.4g} |" in text
+
+
+def test_profile_is_compared_with_the_packages_that_it_loads():
+    """All of them, and none that it does without: that would flatter it."""
+    show = "import sys; print(*{name.partition('.')[0] for name in sys.modules} - set(sys.stdlib_module_names))"
+    profile = f"from robojoule.cli import main\nmain({commands.PROFILE.split()!r})"
+    reference, used = (
+        set(run([sys.executable, "-c", f"{code}\n{show}"]).output.splitlines()[-1].split())
+        for code in (commands.PACKAGES, profile)
+    )
+    assert reference <= used
+    others = {"coal", "highspy", "matplotlib", "pinocchio", "pyomo", "ruckig", "scipy", "threadpoolctl"}
+    assert not used & others
 
 
 def test_rounds_are_interleaved_after_one_that_does_not_count():

@@ -70,10 +70,8 @@ def test_shell_blocks_hold_the_make_commands_only():
 def test_snippets_run(reproduced: Path, prefect_server: str):
     """Every command and every Python block once, in the order of the documents.
 
-    What they read and do not make themselves is the README's program, `cycle.yaml`, and a log, `log.csv`.
+    What they read and do not make themselves is a log, `log.csv`.
     """
-    (program,) = snippets(ROOT / "README.md", "yaml operation-tree")
-    (reproduced / "cycle.yaml").write_text(program.text, encoding="utf-8")
     columns, _ = make_log(Plant(21), 21, motions=20)
     csv.write_csv(pa.table(columns), reproduced / "log.csv")
     done: set[str] = set()

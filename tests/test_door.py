@@ -49,6 +49,11 @@ def test_the_example_of_the_readme_runs_in_an_empty_folder(folder):
     assert 0.0 < saving < 100.0
 
 
+def test_the_readme_shows_the_example_that_is_installed(folder):
+    example = rj.load_program(ROOT / "robojoule/examples/cycle.yaml")
+    assert rj.load_program(folder / "cycle.yaml").tree == example.tree
+
+
 def test_importing_loads_the_standard_library_only(tmp_path):
     loaded = fresh(
         "import sys; before = set(sys.modules); import robojoule; print(*(set(sys.modules) - before))", tmp_path

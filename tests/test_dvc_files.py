@@ -168,6 +168,15 @@ def test_no_two_stages_write_one_file():
     assert len(outs) == len(set(outs))
 
 
+def test_what_git_keeps_of_the_results_a_stage_writes():
+    """No table stays behind when the stage that wrote it is gone or writes another one."""
+    made = {path for name in STAGES for path in outputs(name)}
+    listed = subprocess.run(["git", "ls-files", "reports", "studies/tables"], cwd=ROOT, capture_output=True, text=True)
+    kept = {path for path in listed.stdout.split() if (ROOT / path).exists()} - {"reports/.gitignore"}
+    assert kept
+    assert kept - made == set()
+
+
 def test_what_dvc_caches_git_ignores_and_the_other_way_round():
     for stage in both().values():
         for path, cached in entries(stage, "outs", "plots", "metrics"):

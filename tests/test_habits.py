@@ -6,9 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import yaml
 
 from tests.conftest import ROOT
+from tests.imports import imports, module_name, python_files
 
 SKIPPED = """
 import pytest
@@ -48,6 +50,12 @@ def test_a_build_server_fails_if_a_test_is_skipped(tmp_path: Path):
     assert done.returncode == 1
     assert "there is no browser" in done.stdout and "there is no server" in done.stdout
     assert done.stdout.splitlines()[-1].startswith("1 failed, 1 xfailed, 1 error")  # a mark acts at set-up
+
+
+@pytest.mark.parametrize("path", python_files("tests"), ids=module_name)
+def test_no_test_needs_a_package_that_some_platforms_lack(path: Path):
+    """It asks for it by `pytest.importorskip` where it is used, so that the rest of its module runs everywhere."""
+    assert not {name.split(".")[0] for name, _ in imports(path)} & {"pinocchio", "coal", "ruckig"}
 
 
 def test_a_commit_is_checked_as_lint_checks():

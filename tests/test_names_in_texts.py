@@ -1,7 +1,8 @@
-"""Modules, names and files that documents and docstrings mention exist."""
+"""Modules, names and files that documents and docstrings mention exist, and texts are plain English."""
 
 import ast
 import re
+import subprocess
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +13,19 @@ from tests.imports import PACKAGES, ROOT, file_of, module_name, python_files
 DOTTED = re.compile(rf"\b((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+)")
 CODE_MARK = re.compile(r"`+([^`\n]+)`+")
 PATH = re.compile(rf"^((?:{'|'.join((*PACKAGES, 'tests', 'docs', 'studies'))})/[\w./-]+)$")
+# "Ours" leaves open whose; "is no mass" is not English, while "there is no mass" is; nor is "one of both".
+UNWANTED = re.compile(
+    r"\b(?:ours|our|we)\b|(?<!here )\b(?:is|are) no |\bone a (?:joint|motion|method|row)\b|one of both", re.I
+)
+NOT_OF_THE_HOUSE = (
+    "CHANGELOG",
+    "LICENSE",
+    "uv.lock",
+    "data/",
+    "reports/",
+    "studies/tables/",
+    "tests/test_names_in_texts.py",
+)
 MADE = ("studies/data/",)  # files that stages make and git does not keep
 
 
@@ -73,3 +87,20 @@ def test_what_docstrings_mention_exists(path: Path):
 def test_names_that_do_not_exist_are_found():
     text = "`robojoule.robots.robot.Robot` `robojoule.nowhere` `python -m reproduction.trees.nothing` `docs/none.md`"
     assert unknown_names(text) == ["robojoule.nowhere", "reproduction.trees.nothing", "docs/none.md"]
+
+
+def test_texts_are_plain_english():
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    kinds = {".py", ".md", ".sql", ".j2", ".yaml", ".yml", ".toml", ".json", ".cff", ""}
+    files = [name for name in listed if Path(name).suffix in kinds and not name.startswith(NOT_OF_THE_HOUSE)]
+    lines = [(name, line) for name in files for line in (ROOT / name).read_text(encoding="utf-8").splitlines()]
+    assert len(files) > 300
+    assert [f"{name}: {line.strip()}" for name, line in lines if UNWANTED.search(line)] == []
+
+
+@pytest.mark.parametrize("text", ["ours", "Our data", "'x' is no vertex", "Allowed: one of both", "one a joint"])
+def test_unwanted_words_are_found(text: str):
+    assert UNWANTED.search(text)
+    assert not UNWANTED.search("There is no such file, which is not one hour of four")

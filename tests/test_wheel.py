@@ -107,8 +107,10 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
     robot = ["--robot", ROBOT, "--payload", "10", "--json"]
     motion = ["--from", "0,-90,90,0,0,0", "--to", "60,-60,90,0,30,0"]
     calls = {
+        "example": ["positions.csv", "--json"],
         "robots": ["--json"],
         "profile": [*robot, *motion],
+        "simulate": ["positions.csv", *robot],
         "optimize": ["cycle.yaml", *robot, "--cycle-time", "+10%", "--out", "slower.yaml"],
         "pareto": ["cycle.yaml", *robot, "--csv", "pareto.csv"],
         "identify": ["log.csv", *robot, "--out", "identified.json"],
@@ -118,14 +120,13 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
     assert [row["name"] for row in results["robots"]["robots"]] == list_robots()
     assert 0.0 < results["optimize"]["saving_percent"] < 40.0
     assert results["identify"]["held_out"]["rmse_percent"] < 5.0
-    written = {"slower.yaml", "pareto.csv", "identified.json"}
+    written = {"positions.csv", "slower.yaml", "pareto.csv", "identified.json"}
     assert {path.name for path in installed.folder.iterdir()} == {"cycle.yaml", "log.csv", *written}
 
 
 def test_the_example_of_the_readme_works_in_an_empty_environment(installed: Installed):
-    (program,) = snippets(ROOT / "README.md", "yaml operation-tree")
     (example,) = snippets(ROOT / "README.md", "python door")
-    (installed.folder / "cycle.yaml").write_text(program.text, encoding="utf-8")
+    assert installed.run("python", "-m", "robojoule", "example", "cycle.yaml").stdout == "written to cycle.yaml\n"
     saving, energy, _ = map(float, installed.run("python", "-c", example.text).stdout.split())
     assert 0.0 < saving < 40.0 < energy
     assert (installed.folder / "slower.yaml").exists()

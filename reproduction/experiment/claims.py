@@ -47,15 +47,15 @@ def _order_of_methods(results: ExperimentResults) -> list[Claim]:
     for (percent, segments), (krc, predicted) in THESIS_SAVINGS.items():
         if percent not in results.cycle_times_percent or segments not in _krc_segments(results):
             continue
-        ours = results.savings_percent(PREDICTED, percent).mean(), _krc_saving(results, segments, percent)
+        found = results.savings_percent(PREDICTED, percent).mean(), _krc_saving(results, segments, percent)
         above = predicted > krc
         rows.append(
             Claim(
                 f"at {percent:g} % the predicted profiles save {'more' if above else 'less'} than the polynomial "
                 f"ones with {segments} segments",
                 f"{predicted:.2f} % against {krc:.2f} %",
-                f"{ours[0]:.2f} % against {ours[1]:.2f} %",
-                bool((ours[0] > ours[1]) == above),
+                f"{found[0]:.2f} % against {found[1]:.2f} %",
+                bool((found[0] > found[1]) == above),
             )
         )
     return rows
@@ -72,14 +72,14 @@ def _more_segments(results: ExperimentResults) -> list[Claim]:
     for percent in results.cycle_times_percent:
         if (percent, 6) not in THESIS_SAVINGS:
             continue
-        ours = [_krc_saving(results, segments, percent) for segments in (4, 6)]
+        found = [_krc_saving(results, segments, percent) for segments in (4, 6)]
         thesis = [THESIS_SAVINGS[percent, segments][0] for segments in (4, 6)]
         rows.append(
             Claim(
                 f"at {percent:g} % six segments of the polynomial profile save more than four",
                 f"{thesis[1]:.2f} % against {thesis[0]:.2f} % (other trees)",
-                f"{ours[1]:.2f} % against {ours[0]:.2f} % (the same trees)",
-                ours[1] > ours[0],
+                f"{found[1]:.2f} % against {found[0]:.2f} % (the same trees)",
+                found[1] > found[0],
             )
         )
     return rows
@@ -114,13 +114,13 @@ def _spread(results: ExperimentResults, segments: int) -> list[Claim]:
         pairs = zip(results.runs(variant, percent), results.runs(Variant("unoptimized"), percent), strict=True)
         return float(np.mean([(run.durations_s > SLOWED * fastest.durations_s).sum() for run, fastest in pairs]))
 
-    ours = slowed(PREDICTED), slowed(results.krc(segments))
+    found = slowed(PREDICTED), slowed(results.krc(segments))
     return [
         Claim(
             f"at {percent:g} % the predicted profiles slow down more motions than the polynomial ones",
             "11 of 11 against 6 of 11 motions (Figure 6.2, one tree)",
-            f"{ours[0]:.1f} against {ours[1]:.1f} motions of a tree on average",
-            ours[0] > ours[1],
+            f"{found[0]:.1f} against {found[1]:.1f} motions of a tree on average",
+            found[0] > found[1],
         )
     ]
 
@@ -132,13 +132,13 @@ def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[
         runs = results.runs(variant, percent)
         return float(np.mean([_mid_cycle_wait_s(run.prior_waits_s, run.post_waits_s) for run in runs]))
 
-    ours = mid_cycle(PREDICTED), mid_cycle(results.krc(segments))
+    found = mid_cycle(PREDICTED), mid_cycle(results.krc(segments))
     return [
         Claim(
             f"at {percent:g} % the predicted profiles insert longer waits in the middle of the cycle",
             "about 2 s against none; less than 1 s at the beginning (Figure 6.3, one tree)",
-            f"{ours[0]:.2f} s against {ours[1]:.2f} s away from HOME on average",
-            ours[0] > ours[1],
+            f"{found[0]:.2f} s against {found[1]:.2f} s away from HOME on average",
+            found[0] > found[1],
         )
     ]
 

@@ -1,5 +1,5 @@
 -- What the thesis's section 4.3 says of the features, beside what the motions show, one row per claim:
---   claim  the statement; thesis  what it says; ours  what we find; held  whether both agree
+--   claim  the statement; thesis  what it says; robojoule  what comes out here; held  whether both agree
 CREATE OR REPLACE TABLE claims_features AS
 WITH r AS (
     SELECT DISTINCT row_feature AS target, column_feature AS feature, pearson
@@ -49,7 +49,7 @@ rising AS (
 ),
 claims AS (
     SELECT 1 AS place, 'Euclidean, horizontal and vertical distance correlate with the energy saving' AS claim,
-           'positive' AS thesis, span AS ours, least > 0 AS held
+           'positive' AS thesis, span AS robojoule, least > 0 AS held
     FROM saving WHERE kind = 'distance'
     UNION ALL
     SELECT 2, 'The sum of joint travel (theta sum) correlates with the energy saving', 'high, positive',
@@ -110,4 +110,4 @@ claims AS (
     FROM rising
     HAVING count(*) > 0
 )
-SELECT claim, thesis, ours, held FROM claims ORDER BY place;
+SELECT claim, thesis, robojoule, held FROM claims ORDER BY place;

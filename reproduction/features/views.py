@@ -1,7 +1,7 @@
 """The views that the features are computed from, checked before anything is computed.
 
 SQL would pass over a gap: a motion without runs drops out of a join, a joint without a column out of a sum, and a value
-that is no number spreads. So tables are refused here, by file and column.
+that is not a number spreads. So tables are refused here, by file and column.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class MotionSet(Document):
     robot: RobotParams
     seed: int = Field(ge=0)
     motions: int = Field(ge=1, description="Number of motions.")
-    shard_motions: int = Field(default=10000, ge=1, description="Motions a shard.")
+    shard_motions: int = Field(default=10000, ge=1, description="Motions per shard.")
     budget_rad: tuple[float, float] = Field(
         default=(2.1, 4.5), description="Smallest and largest sum of a motion's joint changes. [rad]"
     )
@@ -124,7 +124,7 @@ def open_folder(motion_set: MotionSet, root: Path) -> list[int]:
                     allowed="the same parameters, or another folder",
                 )
     elif root.exists() and (not root.is_dir() or any(root.iterdir())):
-        raise InputError("this is no folder of a motion set", file=root, allowed="an empty or a new folder")
+        raise InputError("this is not the folder of a motion set", file=root, allowed="an empty or a new folder")
     else:
         write_document(folder.manifest, {"made_from": key, "shards": []})
     for parts in (folder.motions(0).parent, folder.runs(0).parent):

@@ -78,7 +78,7 @@ def motions_of_trees(trees: pa.Table) -> MotionTable:
     """Motions between the consecutive points of every tree.
 
     Args:
-        trees: Table with tree_id, split, point and q1_rad .. qn_rad, one row a point.
+        trees: Table with tree_id, split, point and q1_rad .. qn_rad, one row per point.
     """
     rows = trees.sort_by([("tree_id", "ascending"), ("point", "ascending")])
     joints = sum(name.startswith("q") and name.endswith("_rad") for name in rows.column_names)

@@ -37,7 +37,7 @@ def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
         claim = _at_most(f"Mean relative error of the {name}, random forest", _MEANS, "mean", target, metrics)
         if target == TARGETS[0]:
             above = _mean_above(predictions, 1.0)
-            claim = replace(claim, ours=f"{claim.ours}; forest over savings of 1 J and more: {above:.1f} %")
+            claim = replace(claim, robojoule=f"{claim.robojoule}; forest over savings of 1 J and more: {above:.1f} %")
         claims.append(claim)
     claims += [_hardest(metrics), _similar(metrics), _within_tenth(predictions), *_sizes(predictions)]
     forest = metrics["suitability"].get("random_forest", {})
@@ -55,23 +55,23 @@ def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
 
 
 def _at_most(claim: str, published: Mapping[str, float], figure: str, target: str, metrics: Metrics) -> Claim:
-    ours = metrics[target]["random_forest"].get(f"rel_{figure}_percent", float("nan"))
+    error = metrics[target]["random_forest"].get(f"rel_{figure}_percent", float("nan"))
     network = metrics[target]["neural_network"].get(f"rel_{figure}_percent", float("nan"))
     return Claim(
         claim,
         f"{published[target]:g} %",
-        f"{ours:.1f} % (network {network:.1f} %)",
-        ours <= published[target],
+        f"{error:.1f} % (network {network:.1f} %)",
+        error <= published[target],
     )
 
 
 def _mean_above(predictions: pa.Table, least_j: float) -> float:
-    """Mean relative error of the forest's saving where the measured one is not tiny. [%]"""
-    predicted, measured = _forest_on_test(predictions, TARGETS[0])
-    counted = measured >= least_j
+    """Mean relative error of the forest's saving where the simulated one is not tiny. [%]"""
+    predicted, simulated = _forest_on_test(predictions, TARGETS[0])
+    counted = simulated >= least_j
     if not counted.any():
         return float("nan")
-    return float(np.mean(100.0 * np.abs(predicted - measured)[counted] / measured[counted]))
+    return float(np.mean(100.0 * np.abs(predicted - simulated)[counted] / simulated[counted]))
 
 
 def _hardest(metrics: Metrics) -> Claim:
@@ -99,8 +99,8 @@ def _similar(metrics: Metrics) -> Claim:
 
 
 def _within_tenth(predictions: pa.Table) -> Claim:
-    predicted, measured = _forest_on_test(predictions, TARGETS[1])
-    share = 100.0 * float((np.abs(predicted - measured) <= 0.1 * measured).mean())
+    predicted, simulated = _forest_on_test(predictions, TARGETS[1])
+    share = 100.0 * float((np.abs(predicted - simulated) <= 0.1 * simulated).mean())
     return Claim(
         "Optimal durations within 10 % of the true value, random forest",
         "vast majority (taken as 80 % or more)",
@@ -111,15 +111,15 @@ def _within_tenth(predictions: pa.Table) -> Claim:
 
 def _sizes(predictions: pa.Table) -> list[Claim]:
     """Where the large errors lie, for the energy saving."""
-    predicted, measured = _forest_on_test(predictions, TARGETS[0])
-    error = np.abs(predicted - measured)
-    counted = measured > 0
+    predicted, simulated = _forest_on_test(predictions, TARGETS[0])
+    error = np.abs(predicted - simulated)
+    counted = simulated > 0
     if not counted.any():
         return []
-    relative = error[counted] / measured[counted]
-    small = float(np.median(measured[counted][relative >= np.quantile(relative, 0.9)]))
-    large = float(np.median(measured[error >= np.quantile(error, 0.9)]))
-    middle = float(np.median(measured))
+    relative = error[counted] / simulated[counted]
+    small = float(np.median(simulated[counted][relative >= np.quantile(relative, 0.9)]))
+    large = float(np.median(simulated[error >= np.quantile(error, 0.9)]))
+    middle = float(np.median(simulated))
     return [
         Claim(
             "Large relative errors of the energy saving occur for small savings",

@@ -94,11 +94,11 @@ def order_rows(predicted: Array, simulated: Array, tree_ids: Sequence[str]) -> l
     trees, place = np.unique(np.asarray(tree_ids), return_inverse=True)
     values: dict[str, list[float]] = {"spearman": [], "kendall": []}
     for tree in range(len(trees)):
-        ours, truth = predicted[place == tree], simulated[place == tree]
-        if np.ptp(ours) == 0 or np.ptp(truth) == 0:
+        guess, truth = predicted[place == tree], simulated[place == tree]
+        if np.ptp(guess) == 0 or np.ptp(truth) == 0:
             continue
-        values["spearman"].append(float(stats.spearmanr(ours, truth).statistic))
-        values["kendall"].append(float(stats.kendalltau(ours, truth).statistic))
+        values["spearman"].append(float(stats.spearmanr(guess, truth).statistic))
+        values["kendall"].append(float(stats.kendalltau(guess, truth).statistic))
     rows = []
     for measure, found in values.items():
         if found:
@@ -140,6 +140,6 @@ def beats_mean(predicted: Array, simulated: Array, training: Array) -> bool:
         simulated: Their simulated values, shape (N, 3).
         training: Simulated values of the training motions, shape (K, 3).
     """
-    ours = np.abs(predicted - simulated).mean(axis=0)
+    errors = np.abs(predicted - simulated).mean(axis=0)
     baseline = np.abs(training.mean(axis=0) - simulated).mean(axis=0)
-    return bool((ours < baseline).all())
+    return bool((errors < baseline).all())

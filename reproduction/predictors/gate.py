@@ -23,5 +23,5 @@ def passes_gate(predicted: Array, simulated: Array, training: Array, rivals: Seq
     """
     if not np.isfinite(predicted).all() or not beats_mean(predicted, simulated, training):
         return False
-    ours = np.abs(predicted - simulated).mean(axis=0)
-    return all(bool((ours < np.abs(rival - simulated).mean(axis=0)).all()) for rival in rivals)
+    errors = np.abs(predicted - simulated).mean(axis=0)
+    return all(bool((errors < np.abs(rival - simulated).mean(axis=0)).all()) for rival in rivals)

@@ -38,8 +38,8 @@ def read_simulated_motions(
 
     Args:
         robot: Nominal entry with the payload that was carried.
-        motions: Motions, one row a motion.
-        runs: Runs, one row a motion and speed limit.
+        motions: Motions, one row per motion.
+        runs: Runs, one row per motion and speed limit.
         split: train, test or experiment.
         most_trees: Only so many trees, spread evenly over those of the split.
 

@@ -43,13 +43,13 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
     beyond = int((steepness > shown).sum())
     ax.set_xlim(0, shown)
     ax.set_xlabel("steepness [J/s]")
-    ax.set_ylabel("measured energy saving [J]")
+    ax.set_ylabel("simulated energy saving [J]")
     count = len(rows["energy_saving_j"])
     return Drawing(
         figure,
         f"Measured energy saving over steepness (Eq. 4.1) of {count} motions that save energy by slowing down. The "
         "same steepness is reached with small savings quickly and with large ones later. "
-        f"{beyond} of them lie beyond the right end, with small savings in very short times.",
+        f"{beyond} of them are beyond the right end, with small savings in very short times.",
         f"Scatter plot of {count} motions in a wedge: savings spread wider the larger the steepness is; colour shows "
         "the duration penalty.",
     )

@@ -69,7 +69,7 @@ ENTRIES = (
     Entry("figure_3_3", PROBLEM, "Linear approximation of a profile", profile_figures.linear_approximation),
     Entry("figure_4_1b", ANALYSIS, "Random operation tree", tree_figures.operation_tree),
     Entry("figure_4_2", ANALYSIS, "Example of an energy profile", profile_figures.annotated_profile),
-    Entry("figure_4_3", ANALYSIS, "Steepness and measured energy saving", feature_figures.steepness_and_saving),
+    Entry("figure_4_3", ANALYSIS, "Steepness and simulated energy saving", feature_figures.steepness_and_saving),
     Entry("figure_4_4", ANALYSIS, "Two profiles of the same steepness", profile_figures.same_steepness),
     Entry("figure_4_5", ANALYSIS, "Correlations of static features", feature_figures.static_correlations),
     Entry(
@@ -78,10 +78,10 @@ ENTRIES = (
     Entry(
         "figure_4_7", ANALYSIS, "Correlations of dynamic features, j4 to j6", feature_figures.dynamic_correlations_4_6
     ),
-    Entry("figure_5_1", PREDICTION, "Predicted and measured energy saving", predictor_figures.predicted_saving),
-    Entry("figure_5_2", PREDICTION, "Predicted and measured optimal duration", predictor_figures.predicted_duration),
-    Entry("figure_5_3", PREDICTION, "Predicted and measured energy penalty", predictor_figures.predicted_penalty),
-    Entry("figure_5_4", PREDICTION, "Predicted profiles over measured runs", predictor_figures.predicted_profiles),
+    Entry("figure_5_1", PREDICTION, "Predicted and simulated energy saving", predictor_figures.predicted_saving),
+    Entry("figure_5_2", PREDICTION, "Predicted and simulated optimal duration", predictor_figures.predicted_duration),
+    Entry("figure_5_3", PREDICTION, "Predicted and simulated energy penalty", predictor_figures.predicted_penalty),
+    Entry("figure_5_4", PREDICTION, "Predicted profiles over simulated runs", predictor_figures.predicted_profiles),
     Entry("figure_6_1", RESULTS, "Profile as the KRC method sees it", profile_figures.krc_chords),
     Entry("figure_6_2", RESULTS, "Optimised operation tree", plan_figures.optimised_trees),
     Entry("figure_6_3", RESULTS, "Power over one cycle", plan_figures.power_over_time),

@@ -1,4 +1,4 @@
-"""Gaps of all methods to the optimum over the cycle time, with confidence bands; what each step of ours brings."""
+"""Gaps of all methods to the optimum over the cycle time, with confidence bands; what each step of robojoule brings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PARTS = {
 
 
 def gap_to_optimum(results: Results, style: Style) -> Drawing:
-    """Gaps and savings of the experiment trees; the thesis's published savings beside ours."""
+    """Gaps and savings of the experiment trees; the thesis's published savings beside robojoule's."""
     rows = results.table("gaps")
     if not rows:
         path = results.layout.tables_dir / "gaps.csv"
@@ -45,15 +45,15 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
             )
     savings.set_xlabel("cycle time [% of the least one]")
     savings.set_ylabel("energy saving, Eq. 6.1 [%]")
-    ours, theirs = gaps.get_legend_handles_labels(), savings.get_legend_handles_labels()
-    figure.legend(ours[0] + theirs[0], ours[1] + theirs[1], loc="outside lower center", ncols=3, fontsize=6.5)
+    left, right = gaps.get_legend_handles_labels(), savings.get_legend_handles_labels()
+    figure.legend(left[0] + right[0], left[1] + right[1], loc="outside lower center", ncols=3, fontsize=6.5)
     return Drawing(
         figure,
         f"Above: mean gap between re-simulated plans and the re-simulated proven optimum of {rows[0]['trees']} trees, "
         "with 95 % confidence bands (bootstrap over trees); the axis is linear below 0.01 %. Below: mean saving by "
         f"Eq. 6.1, with the thesis's published figures in black, of its own trees. {_summary(rows)}.",
-        "Lines with bands of the gap to the optimum over cycle time, one a method, above lines of the saving with the "
-        f"thesis's. {_summary(rows)}. The numbers stand in the tables of gaps.",
+        "Lines with bands of the gap to the optimum over cycle time, one per method, above lines of the saving with "
+        f"the thesis's. {_summary(rows)}. The numbers are in the tables of gaps.",
     )
 
 
@@ -71,7 +71,7 @@ def gap_of_study(results: Results, style: Style) -> Drawing | None:
         f"Mean gap to the best plan known of {rows[0]['trees']} trees with three payloads, on a plant that differs "
         "from its catalog entry, with 95 % confidence bands (bootstrap over trees); the axis is linear below 0.01 %. "
         f"{_summary(rows)}.",
-        f"Lines with bands of the gap to the optimum over cycle time, one a method. {_summary(rows)}.",
+        f"Lines with bands of the gap to the optimum over cycle time, one per method. {_summary(rows)}.",
     )
 
 
@@ -118,7 +118,7 @@ def _bands(ax: Any, rows: Rows, style: Style) -> None:
 
 
 def _lines(rows: Rows, style: Style) -> list[tuple[str, Rows, dict[str, Any]]]:
-    """One line a method, in the order of the table: label, rows by relaxation, look."""
+    """One line per method, in the order of the table: label, rows by cycle time, look."""
     methods = list(dict.fromkeys(row["method"] for row in rows))
     lines = []
     for place, (method, color) in enumerate(zip(methods, style.colors(len(methods)), strict=True)):

@@ -72,7 +72,7 @@ def key_label(key: str) -> str:
         return METHODS.get(key) or CASES.get(key, key.replace("_", " "))
     if counted[1] == "krc_polynomial":
         return method_label(counted[1], counted[2])
-    return f"{METHODS[counted[1]]}, {counted[2]} motions measured"
+    return f"{METHODS[counted[1]]}, {counted[2]} known motions"
 
 
 def feature_label(feature: str) -> str:

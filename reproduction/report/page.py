@@ -92,8 +92,11 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
 
 def _with_published(results: Results, name: str, what: str) -> list[tables.Table]:
     number = name.removeprefix("table_").replace("_", ".")
-    ours = tables.plain(results, name, f"Table {number} as obtained, {what} [J]")
-    return [*([ours] if ours else []), tables.published_plain(name, f"Table {number} of the thesis, {what} [J]")]
+    obtained = tables.plain(results, name, f"Table {number} as obtained, {what} [J]")
+    return [
+        *([obtained] if obtained else []),
+        tables.published_plain(name, f"Table {number} of the thesis, {what} [J]"),
+    ]
 
 
 def inline(picture: Picture) -> Inline:

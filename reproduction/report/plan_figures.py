@@ -30,13 +30,13 @@ class Plan:
 
     Attributes:
         method: Method with its variant, for people.
-        relaxation_percent: Cycle time as a share of the least one. [%]
+        cycle_time_percent: Cycle time as a share of the least one. [%]
         vertices: Names of the vertices.
         columns: Columns of the plan table.
     """
 
     method: str
-    relaxation_percent: float
+    cycle_time_percent: float
     vertices: list[str]
     columns: Columns
 
@@ -44,14 +44,14 @@ class Plan:
         return self.columns[column]
 
 
-def plan_of(results: Results, tree: str, method: str, relaxation_percent: float) -> Plan | None:
-    """The plan of a method that is nearest to a relaxation; of several variants the one of fewest chords.
+def plan_of(results: Results, tree: str, method: str, percent: float) -> Plan | None:
+    """The plan of a method that is nearest to a cycle time; of several variants the one of fewest chords.
 
     Args:
         results: Results of the stages.
         tree: Experiment tree.
         method: Name of the method in `data/plans.parquet`.
-        relaxation_percent: Relaxation wanted. [%]
+        percent: Cycle time wanted, as a share of the least one. [%]
     """
     rows = results.query(
         # Of two spacings of the profiling runs, take the one that saves more, as the tables do.
@@ -68,7 +68,7 @@ def plan_of(results: Results, tree: str, method: str, relaxation_percent: float)
         " AND plans.point_spacing IS NOT DISTINCT FROM chosen.point_spacing ORDER BY vertex",
         tree,
         method,
-        relaxation_percent,
+        percent,
     )
     if not len(rows["vertex"]):
         return None
@@ -77,9 +77,9 @@ def plan_of(results: Results, tree: str, method: str, relaxation_percent: float)
     return Plan(label, float(rows["relaxation_percent"][0]), [str(name) for name in rows["move"]], rows)
 
 
-def _plans(results: Results, methods: tuple[str, ...], relaxation_percent: float) -> list[Plan]:
+def _plans(results: Results, methods: tuple[str, ...], percent: float) -> list[Plan]:
     tree = example_tree(results)
-    found = [plan_of(results, tree, method, relaxation_percent) for method in methods]
+    found = [plan_of(results, tree, method, percent) for method in methods]
     plans = [plan for plan in found if plan is not None]
     if not plans:
         raise InputError(f"there are no plans of the tree '{tree}'", file=results.layout.plans)
@@ -115,7 +115,7 @@ def optimised_trees(results: Results, style: Style) -> Drawing:
     summary = "; ".join(texts)
     return Drawing(
         figure,
-        f"Speed limits and durations of {example_tree(results)} at {plans[0].relaxation_percent:g} % of the least "
+        f"Speed limits and durations of {example_tree(results)} at {plans[0].cycle_time_percent:g} % of the least "
         f"cycle time. {summary}.",
         f"Two bar charts over the movements of one tree, speed limits above and durations below. {summary}.",
     )
@@ -152,7 +152,7 @@ def power_over_time(results: Results, style: Style) -> Drawing:
     summary = "; ".join(texts)
     return Drawing(
         figure,
-        f"Mains power over one cycle of {tree} at {plans[0].relaxation_percent:g} % of the least cycle time; grey: the "
+        f"Mains power over one cycle of {tree} at {plans[0].cycle_time_percent:g} % of the least cycle time; grey: the "
         f"robot waits. {summary}.",
         f"Curves of power over time, one below the other, with waits shaded. {summary}.",
     )
@@ -180,11 +180,11 @@ def _power_curve(plan: Plan, paths: MotionPaths, motions: Columns) -> tuple[Arra
 
 
 def savings(results: Results, style: Style) -> Drawing:
-    """Saving over relaxation of every method, with the thesis's savings by Eq. 6.1."""
+    """Saving over cycle time of every method, with the thesis's savings by Eq. 6.1."""
     figure, ax = style.figure(0.7)
     rows = _table(results)
-    for label, relaxation, values, look in _lines(rows, "saving_percent", style):
-        ax.plot(relaxation, values, **look, label=label)
+    for label, percents, values, look in _lines(rows, "saving_percent", style):
+        ax.plot(percents, values, **look, label=label)
     for method, column, marker in (("KRC", "krc", "x"), ("predicted", "pred", "+")):
         for segments, dash in (("4", ":"), ("6", "--")):
             chosen = [row for row in published("table_6_1") if row["krc_segments"] == segments]
@@ -203,10 +203,10 @@ def savings(results: Results, style: Style) -> Drawing:
     figure.legend(loc="outside lower center", ncols=3, fontsize=7)
     return Drawing(
         figure,
-        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: ours, "
-        "black: the thesis's savings recomputed by Eq. 6.1.",
-        "Lines of energy saving over cycle time for every method, ours in colour and the thesis's in black. The "
-        "numbers stand in Table 6.1.",
+        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: "
+        "robojoule, black: the thesis's savings recomputed by Eq. 6.1.",
+        "Lines of energy saving over cycle time for every method, robojoule's in colour and the thesis's in black. The "
+        "numbers are in Table 6.1.",
     )
 
 
@@ -225,10 +225,10 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
         )
         powers.append(number(here[0]["mean_power_full_speed_w"]))
         power.bar(place, powers[-1], color=color)
-        relaxations = [number(row["relaxation_percent"]) for row in here]
+        percents = [number(row["relaxation_percent"]) for row in here]
         savings_percent = [number(row["saving_percent"]) for row in here]
         saving.plot(
-            relaxations,
+            percents,
             savings_percent,
             color=color,
             marker=MARKERS[place % len(MARKERS)],
@@ -236,8 +236,8 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
             label=f"{payload:g} kg",
         )
         texts.append(
-            f"{payload:g} kg: {powers[-1]:.0f} W, saving {savings_percent[0]:.1f} % at {relaxations[0]:g} % and "
-            f"{savings_percent[-1]:.1f} % at {relaxations[-1]:g} %"
+            f"{payload:g} kg: {powers[-1]:.0f} W, saving {savings_percent[0]:.1f} % at {percents[0]:g} % and "
+            f"{savings_percent[-1]:.1f} % at {percents[-1]:g} %"
         )
     power.set_xticks(range(len(payloads)), [f"{payload:g}" for payload in payloads])
     power.set_xlabel("payload [kg]")
@@ -251,7 +251,7 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
         figure,
         "Mean power of the experiment trees at full speed, and energy saving of the proven optimum, with other "
         f"payloads. {summary}.",
-        f"Bars of power over payload, and lines of energy saving over cycle time, one a payload. {summary}.",
+        f"Bars of power over payload, and lines of energy saving over cycle time, one per payload. {summary}.",
     )
 
 
@@ -264,7 +264,7 @@ def _table(results: Results) -> Rows:
 
 
 def _lines(rows: Rows, column: str, style: Style) -> list[tuple[str, list[float], list[float], dict[str, Any]]]:
-    """Lines of a plot, one a method and number of chords, in the order of `METHODS`: label, x, y, look."""
+    """Lines of a plot, one per method and number of chords, in the order of `METHODS`: label, x, y, look."""
     order = list(METHODS)
     keys = sorted(
         {(row["method"], row.get("krc_segments") or "") for row in rows},

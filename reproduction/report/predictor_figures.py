@@ -26,8 +26,8 @@ class ProfileSource(Protocol):
         ...
 
 
-def predicted_against_measured(predictions: Columns, target: str, style: Style) -> Drawing:
-    """Predicted over measured values of one target, one plot a model.
+def predicted_against_simulated(predictions: Columns, target: str, style: Style) -> Drawing:
+    """Predicted over simulated values of one target, one plot per model.
 
     Args:
         predictions: Columns model, `target`, `target`_measured; N rows.
@@ -42,8 +42,8 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
     top = 1.03 * float(values.max(initial=0.0)) or 1.0
     for ax, model in zip(axes[0], models, strict=True):
         rows = predictions["model"] == model
-        measured, predicted = predictions[f"{target}_measured"][rows], predictions[target][rows]
-        side = outliers(predicted, measured)
+        simulated, predicted = predictions[f"{target}_measured"][rows], predictions[target][rows]
+        side = outliers(predicted, simulated)
         under, over = side < 0, side > 0
         for chosen, color, name in (
             (side == 0, BLUE, "near the diagonal"),
@@ -51,7 +51,7 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
             (over, OVER, "overpredicted"),
         ):
             ax.scatter(
-                measured[chosen],
+                simulated[chosen],
                 predicted[chosen],
                 s=7,
                 color=color,
@@ -64,7 +64,7 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
         ax.set_ylim(0, top)
         ax.set_aspect("equal")
         ax.set_title(MODELS[model])
-        ax.set_xlabel(f"measured [{unit}]")
+        ax.set_xlabel(f"simulated [{unit}]")
         ax.legend(loc="upper left", markerscale=1.8, handletextpad=0.2)
         texts.append(
             f"{MODELS[model]}: {int(under.sum())} under- and {int(over.sum())} overpredicted of {int(rows.sum())}"
@@ -73,9 +73,9 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
     summary = "; ".join(texts)
     return Drawing(
         figure,
-        f"Predicted against measured {label} of held-out motions. Outliers (the residual lies more than 1.5 "
+        f"Predicted against simulated {label} of held-out motions. Outliers (the residual lies more than 1.5 "
         f"interquartile ranges outside its quartiles) are red or orange: {summary}.",
-        f"Scatter plots of predicted over measured {label}, one a model, along the diagonal; outliers: {summary}.",
+        f"Scatter plots of predicted over simulated {label}, one per model, along the diagonal; outliers: {summary}.",
     )
 
 
@@ -83,7 +83,7 @@ def _held_out(target: str, results: Results, style: Style) -> Drawing:
     rows = results.query(
         f"SELECT model, {target}, {target}_measured FROM predictions WHERE split = 'test' ORDER BY model, motion_id"
     )
-    return predicted_against_measured(rows, target, style)
+    return predicted_against_simulated(rows, target, style)
 
 
 predicted_saving = partial(_held_out, "energy_saving_j")
@@ -92,7 +92,7 @@ predicted_penalty = partial(_held_out, "energy_penalty_j")
 
 
 def predicted_profiles(results: Results, style: Style) -> Drawing:
-    """Figure 5.4: predicted three-segment profiles over measured ones, both with their minimum at the offset."""
+    """Figure 5.4: predicted three-segment profiles over simulated ones, both with their minimum at the offset."""
     rows = results.query(
         "SELECT motion_id, p.energy_saving_j, p.optimal_duration_s, p.energy_penalty_j, duration_fastest_s,"
         " duration_slowest_s FROM predictions AS p JOIN features USING (motion_id)"
@@ -103,11 +103,11 @@ def predicted_profiles(results: Results, style: Style) -> Drawing:
 
 
 def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, shape: ThreeSegmentShape) -> Drawing:
-    """Draw some predicted profiles over their measured ones, from the best to the worst predicted saving.
+    """Draw some predicted profiles over their simulated ones, from the best to the worst predicted saving.
 
     Args:
         rows: Predicted and true figures of N motions, best prediction first.
-        profiles: Where the measured runs come from.
+        profiles: Where the simulated runs come from.
         style: Look.
         shape: Constants of the three-segment profile.
     """
@@ -123,15 +123,15 @@ def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, s
     figure.supylabel("energy less minimum, plus offset [J]", fontsize=9)
     return Drawing(
         figure,
-        f"Predicted three-segment profiles (random forest) and measured runs of {len(places)} held-out motions, both "
+        f"Predicted three-segment profiles (random forest) and simulated runs of {len(places)} held-out motions, both "
         f"moved to a minimum of {shape.offset_j:g} J; from the best predicted energy saving (top left) to the worst "
         "(bottom right) in equal steps of rank.",
-        f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of measured runs.",
+        f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of simulated runs.",
     )
 
 
 def _draw_pair(ax: Any, row: dict[str, Any], profiles: ProfileSource, shape: ThreeSegmentShape) -> None:
-    measured = profiles.profile(row["motion_id"])
+    simulated = profiles.profile(row["motion_id"])
     predicted, _ = three_segment_profile(
         float(row["duration_fastest_s"]),
         float(row["optimal_duration_s"]),
@@ -141,12 +141,12 @@ def _draw_pair(ax: Any, row: dict[str, Any], profiles: ProfileSource, shape: Thr
         shape,
     )
     ax.plot(
-        measured.durations_s,
-        measured.energies_j - np.min(measured.energies_j) + shape.offset_j,
+        simulated.durations_s,
+        simulated.energies_j - np.min(simulated.energies_j) + shape.offset_j,
         "o",
         color=RED,
         markersize=4,
-        label="measured",
+        label="simulated",
     )
     ax.plot(predicted.durations_s, predicted.energies_j, color=BLUE, label="predicted")
     ax.set_title(f"motion {row['motion_id']}", fontsize=8)

@@ -62,7 +62,7 @@ def linear_approximation(results: Results, style: Style) -> Drawing:
         figure,
         f"Polynomial profile of motion {motion} and its {chords.segments} chords between equidistant durations. "
         "The planning model sees the chords.",
-        "Energy over duration: a smooth curve and a chain of straight chords that lies above it, farthest off where "
+        "Energy over duration: a smooth curve and a chain of straight chords above it, farthest off where "
         "the curve falls steeply.",
     )
 
@@ -110,7 +110,7 @@ def annotated_profile(results: Results, style: Style) -> Drawing:
         f"slowest run are {points} (thesis: 0.63 s 1340 J, 0.94 s 1144 J, 3.76 s 2800 J). The near-constant segment "
         "reaches one run to both sides of the optimum.",
         "Energy over duration of one motion with three shaded segments: decreasing, near constant, increasing "
-        f"consumption; the optimum lies at {durations[optimum]:.2f} s and {energies[optimum]:.0f} J.",
+        f"consumption; the optimum is at {durations[optimum]:.2f} s and {energies[optimum]:.0f} J.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Result tables laid out for readers, ours beside the thesis's."""
+"""Result tables laid out for readers, robojoule's beside the thesis's."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Table:
         caption: What it shows.
         head: Names of the columns.
         rows: Cells, as many a row as there are columns.
-        marked: Rows that are not ours but the thesis's.
+        marked: Rows that are the thesis's, not robojoule's.
     """
 
     caption: str
@@ -41,7 +41,7 @@ def _cell(value: float, digits: int = 2) -> str:
 
 
 def table_6_1(results: Results) -> list[Table]:
-    """Savings by Eq. 6.1, savings in the published convention, and gaps; one row a method, one column a cycle time."""
+    """Savings by Eq. 6.1, savings in the published convention, and gaps; one row per method."""
     tables = []
     for name, what in (("table_6_1", "all experiment trees"), ("table_6_1_thesis", "the thesis's subsets of trees")):
         rows = results.table(name)
@@ -53,12 +53,12 @@ def table_6_1(results: Results) -> list[Table]:
             ("gap_to_optimum_percent", "Gap to the proven optimum [%]", ""),
         ):
             if column in rows[0]:
-                tables.append(_by_relaxation(f"{caption}, {what}", rows, column, suffix))
+                tables.append(_by_cycle_time(f"{caption}, {what}", rows, column, suffix))
     return tables
 
 
-def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str) -> Table:
-    relaxations = sorted({number(row["relaxation_percent"]) for row in rows})
+def _by_cycle_time(caption: str, rows: Rows, column: str, published_suffix: str) -> Table:
+    percents = sorted({number(row["relaxation_percent"]) for row in rows})
     lines: dict[str, dict[float, float]] = {}
     order = list(METHODS)
     for row in sorted(
@@ -68,7 +68,7 @@ def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str)
         if row.get("subset"):
             label += f", trees {row['subset']}"
         lines.setdefault(label, {})[number(row["relaxation_percent"])] = number(row[column])
-    ours = len(lines)
+    own = len(lines)
     if published_suffix:
         for method, key in (("KRC polynomial", "krc"), ("predicted", "pred")):
             for row in published("table_6_1"):
@@ -77,18 +77,18 @@ def _by_relaxation(caption: str, rows: Rows, column: str, published_suffix: str)
                 lines.setdefault(label, {})[number(row["relaxation_percent"])] = value
     trees = " to ".join(dict.fromkeys(sorted((row["trees"] for row in rows), key=number)))
     return Table(
-        f"{caption}; {trees} trees a row",
-        ("method", *(f"{relaxation:g} %" for relaxation in relaxations)),
+        f"{caption}; {trees} trees per row",
+        ("method", *(f"{percent:g} %" for percent in percents)),
         tuple(
-            (label, *(_cell(values.get(relaxation, float("nan"))) for relaxation in relaxations))
+            (label, *(_cell(values.get(percent, float("nan"))) for percent in percents))
             for label, values in lines.items()
         ),
-        frozenset(range(ours, len(lines))),
+        frozenset(range(own, len(lines))),
     )
 
 
 def table_5_1(results: Results) -> Table | None:
-    """Errors of the predictors, the thesis's random forest below ours."""
+    """Errors of the predictors, the thesis's random forest below robojoule's."""
     rows = results.table("table_5_1")
     if not rows:
         return None
@@ -118,28 +118,28 @@ def table_5_1(results: Results) -> Table | None:
 
 
 def gap_table(rows: Rows, caption: str, name: str = "method") -> Table:
-    """Mean gap with its confidence interval and the worst tree, one row a method, one column a cycle time.
+    """Mean gap with its confidence interval and the worst tree, one row per method, one column per cycle time.
 
     Args:
         rows: Rows of a table of gaps.
         caption: What it shows.
         name: Column that names the method.
     """
-    relaxations = sorted({number(row["relaxation_percent"]) for row in rows})
+    percents = sorted({number(row["relaxation_percent"]) for row in rows})
     runs = "runs_per_motion" in rows[0]
     body = []
     for method in dict.fromkeys(row[name] for row in rows):
         chosen = {number(row["relaxation_percent"]): row for row in rows if row[name] == method}
-        cells = [_gap_cell(chosen.get(relaxation)) for relaxation in relaxations]
+        cells = [_gap_cell(chosen.get(percent)) for percent in percents]
         above = max(number(row["above_unoptimized_percent"]) for row in chosen.values())
-        needed = [f"{number(chosen[relaxations[0]]['runs_per_motion']):g}"] if runs else []
+        needed = [f"{number(chosen[percents[0]]['runs_per_motion']):g}"] if runs else []
         body.append((key_label(method), *needed, *cells, _cell(above, 0)))
     return Table(
         f"{caption}: mean gap to the optimum, 95 % confidence interval, worst tree [%]; {rows[0]['trees']} trees",
         (
             "method",
             *(["runs a new motion"] if runs else []),
-            *(f"{relaxation:g} %" for relaxation in relaxations),
+            *(f"{percent:g} %" for percent in percents),
             "trees above unoptimised [%]",
         ),
         tuple(body),
@@ -180,15 +180,15 @@ def study_tables(results: Results) -> list[Table]:
     found = []
     gaps, wins = results.study("motions_gaps") or [], results.study("motions_wins") or []
     for regime, caption in (
-        ("same_robot", "(a) A robot that was measured, new motions, 0, 10 and 16 kg"),
-        ("unseen_payload", "(b) A payload never measured"),
+        ("same_robot", "(a) The same robot, new motions, 0, 10 and 16 kg"),
+        ("unseen_payload", "(b) A payload never trained on"),
     ):
         rows = matching(gaps, {"regime": regime, "payload_kg": "all"})
         duels = matching(wins, {"regime": regime})
         found += [gap_table(rows, caption)] if rows else []
         found += [win_table(duels, caption)] if duels else []
     if robots := results.study("robots_gaps"):
-        found.append(gap_table(robots, "(c) A robot never measured, and after 10 and 50 motions"))
+        found.append(gap_table(robots, "(c) A robot never trained on, and with 10 and 50 known motions of it"))
     for part, what in PARTS.items():
         rows = matching(results.study("ablations"), {"part": part})
         found += [gap_table(rows, f"What each step brings, {what}", "case")] if rows else []
@@ -248,13 +248,13 @@ def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:
 
 
 def difference(results: Results) -> Table | None:
-    """Ours less the thesis's by Eq. 6.1, on its own subsets of trees where there is such a table."""
+    """Robojoule's less the thesis's by Eq. 6.1, on its own subsets of trees where there is such a table."""
     rows = results.table("table_6_1_thesis") or results.table("table_6_1")
     if not rows:
         return None
 
-    def ours(relaxation: float, segments: str) -> tuple[float, float]:
-        here = [row for row in rows if number(row["relaxation_percent"]) == relaxation]
+    def savings(percent: float, segments: str) -> tuple[float, float]:
+        here = [row for row in rows if number(row["relaxation_percent"]) == percent]
         krc = [row for row in here if (row["method"], row["krc_segments"]) == ("krc_polynomial", segments)]
         subset = krc[0].get("subset") if krc else None
         pred = [row for row in here if row["method"] == "predicted_three_segment" and row.get("subset") == subset]
@@ -263,8 +263,8 @@ def difference(results: Results) -> Table | None:
 
     body = []
     for row in published("table_6_1"):
-        relaxation, segments = number(row["relaxation_percent"]), row["krc_segments"]
-        krc, pred = ours(relaxation, segments)
+        percent, segments = number(row["relaxation_percent"]), row["krc_segments"]
+        krc, pred = savings(percent, segments)
         their_krc, their_pred = number(row["krc_saving_percent_eq_6_1"]), number(row["pred_saving_percent_eq_6_1"])
         values = (
             krc,
@@ -276,19 +276,19 @@ def difference(results: Results) -> Table | None:
             pred - krc,
             their_pred - their_krc,
         )
-        body.append((f"{relaxation:g} %, {segments} segments", *(_cell(value) for value in values)))
+        body.append((f"{percent:g} %, {segments} segments", *(_cell(value) for value in values)))
     head = (
         "cycle time",
-        "KRC, ours",
+        "KRC, robojoule",
         "KRC, thesis",
         "difference",
-        "predicted, ours",
+        "predicted, robojoule",
         "predicted, thesis",
         "difference",
-        "predicted above KRC, ours",
+        "predicted above KRC, robojoule",
         "predicted above KRC, thesis",
     )
-    return Table("Savings by Eq. 6.1, ours and the thesis's [percentage points]", head, tuple(body))
+    return Table("Savings by Eq. 6.1, robojoule's and the thesis's [percentage points]", head, tuple(body))
 
 
 def metrics_table(metrics: dict[str, Any]) -> Table:

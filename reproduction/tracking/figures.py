@@ -40,7 +40,7 @@ def figures(runs: Path, model: str, predictions: pa.Table, features: pa.Table) -
         features: Features of all motions.
     """
     from reproduction.methods.three_segment_profile import ThreeSegmentShape
-    from reproduction.report.predictor_figures import overlapping_profiles, predicted_against_measured
+    from reproduction.report.predictor_figures import overlapping_profiles, predicted_against_simulated
     from robojoule.plots.style import Style
 
     joined = predictions.join(features.select(["motion_id", "duration_fastest_s", "duration_slowest_s"]), "motion_id")
@@ -52,7 +52,7 @@ def figures(runs: Path, model: str, predictions: pa.Table, features: pa.Table) -
     drawn = []
     with style.applied():
         for number, target in enumerate(TARGETS, start=1):
-            drawn.append((f"figure_5_{number}", predicted_against_measured(rows, target, style).figure))
+            drawn.append((f"figure_5_{number}", predicted_against_simulated(rows, target, style).figure))
         moving = rows["duration_slowest_s"] > rows["duration_fastest_s"]
         rows = {name: values[moving] for name, values in rows.items()}
         error = np.abs(rows["energy_saving_j"] - rows["energy_saving_j_measured"])

@@ -27,7 +27,7 @@ class ProfileModel(mlflow.pyfunc.PythonModel):  # type: ignore[misc]
 
         Args:
             context: Not used.
-            model_input: Columns payload_kg, speed_limit_percent, start_q1_rad .., end_q1_rad ..; one row a run.
+            model_input: Columns payload_kg, speed_limit_percent, start_q1_rad .., end_q1_rad ..; one row per run.
             params: Not used.
         """
         names = ["duration_s", "energy_j", "lower_j", "upper_j"]

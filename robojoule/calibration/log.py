@@ -57,7 +57,7 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
     Args:
         path: CSV or Parquet file.
         robot: The robot it was measured on.
-        torque_constants_nm_per_a: Motor torque over motor current, one a joint; needed if the log holds motor
+        torque_constants_nm_per_a: Motor torque over motor current, one per joint; needed if the log holds motor
             currents instead of torques. [Nm/A]
 
     Raises:
@@ -149,7 +149,9 @@ def _torques(table: LogTable, robot: Robot, torque_constants_nm_per_a: Array | N
     torque = _joint_columns(table, robot.joint_count, "torque_nm")
     current = _joint_columns(table, robot.joint_count, "current_a")
     if torque is not None and current is not None:
-        raise InputError("torques and currents are both given", file=source, key="q1_current_a", allowed="one of both")
+        raise InputError(
+            "torques and currents are both given", file=source, key="q1_current_a", allowed="one of the two"
+        )
     if current is None:
         return torque
     if torque_constants_nm_per_a is None:

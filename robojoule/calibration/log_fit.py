@@ -94,7 +94,7 @@ class Problem:
         return evaluate(self.vector, self.signals, x, use_measured_torque=self.with_torque)
 
     def raw(self, evaluation: Evaluation) -> list[Residuals]:
-        """Residuals in their own units: power, then one entry a joint's torque."""
+        """Residuals in their own units: power, then one entry per joint's torque."""
         result = [
             Residuals(
                 (self.measured_w - evaluation.window_power_w[self.rows]) / self.size,

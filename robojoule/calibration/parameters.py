@@ -1,7 +1,7 @@
 """Figures of a machine's drives as one vector of parameters, whatever they are estimated from.
 
 A log, single runs and published figures need different methods, but the same vector: entries in groups, a group being
-one figure of `DriveParameters`, either one that all joints share or one entry a joint. Each figure is
+one figure of `DriveParameters`, either one that all joints share or one entry per joint. Each figure is
 
     figure = unit . f(x) ,   f(x) = x, 1 / x, exp(x), exp(-x) or a share x of a range ,
 

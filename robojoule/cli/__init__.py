@@ -20,8 +20,10 @@ from robojoule import __version__
 from robojoule.errors import InputError, RobojouleError
 
 COMMANDS = {
+    "example": "write a program or a script to start from",
     "robots": "list the robots of the catalog",
     "profile": "energy over duration of one motion",
+    "simulate": "cycle time, energy, largest power and torque of a program as it stands",
     "optimize": "speed limits and waits with the least energy for a cycle time",
     "pareto": "least energy over cycle time, and what a second of cycle time is worth",
     "identify": "drive parameters from a measured log of motions and mains power",

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.robots.robot import Robot
 
-PAYLOAD_KG = 10.0  # if nothing is said
 _MOST_DIGITS = 10
 
 
@@ -35,8 +34,9 @@ def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) ->
     parser.add_argument(
         "--payload",
         type=number,
+        default=0.0,
         metavar="KG",
-        help=f"payload mass [kg] (default: {PAYLOAD_KG:g}, or the rated payload if that is less)",
+        help="payload mass [kg] (default: 0, nothing is carried)",
     )
     parser.add_argument(
         "--payload-com",
@@ -50,13 +50,10 @@ def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) ->
 
 def robot_of(arguments: argparse.Namespace) -> Robot:
     """The robot that the arguments name, with its payload."""
-    from robojoule.robots import load_robot, load_robot_file
+    from robojoule.robots import load_robot
     from robojoule.robots.robot import Payload
 
-    mass = arguments.payload
-    if mass is None:
-        mass = min(PAYLOAD_KG, load_robot_file(arguments.robot).rated_payload_kg)
-    return load_robot(arguments.robot, Payload(mass, tuple(arguments.payload_com)))
+    return load_robot(arguments.robot, Payload(arguments.payload, tuple(arguments.payload_com)))
 
 
 def joints_of(degrees: Sequence[float], robot: Robot, where: str) -> Array:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._output import show_head, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +38,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def show(result: dict[str, Any]) -> None:
     """Print the plan."""
-    print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
+    show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s (fastest {result['least_cycle_time_s']:.4f} s)")
     gap = result["gap_to_optimum_percent"]
     print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
@@ -46,15 +47,7 @@ def show(result: dict[str, Any]) -> None:
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
-    width = max(len("move"), *(len(move["name"]) for move in result["moves"]))
-    print(f"{'move':{width}}  speed limit [%]  duration [s]  wait before [s]  wait after [s]")
-    for move in result["moves"]:
-        print(
-            f"{move['name']:{width}}  {move['speed_limit_percent']:15.2f}  {move['duration_s']:12.4f}  "
-            f"{move['wait_before_s']:15.4f}  {move['wait_after_s']:14.4f}"
-        )
-    for warning in result["warnings"]:
-        print(f"warning: {warning}")
+    show_moves(result)
     if result["out"]:
         print(f"written to {result['out']}")
 

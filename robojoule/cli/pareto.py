@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._output import show_head
 
 _ROWS_SHOWN = 12
 
@@ -52,7 +53,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def show(result: dict[str, Any]) -> None:
     """Print the curve at some of its breakpoints."""
-    print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
+    show_head(result)
     print(
         f"fastest cycle {result['least_cycle_time_s']:.4f} s, {result['energy_fastest_j']:.1f} J; "
         f"least energy {result['best_energy_j']:.1f} J at {result['best_cycle_time_s']:.4f} s; from "

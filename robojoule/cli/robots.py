@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def show(result: dict[str, Any]) -> None:
-    """Print one line a robot."""
+    """Print one line per robot."""
     rows = result["robots"]
     width = max((len(row["name"]) for row in rows), default=4)
     print(f"{'name':{width}}  {'vendor':16}  payload [kg]  reach [m]  mass [kg]  inertia    effort     drives")

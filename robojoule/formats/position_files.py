@@ -1,8 +1,9 @@
 """Joint positions as CSV: the first row is the start of the cycle, each further one the target of a fine move.
 
 The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one per joint; `name`, `speed_limit_percent`,
-`wait_before_s` and `wait_after_s` may be left out. Cells are separated by commas and stripped; empty rows are skipped;
-an empty cell of a speed limit or a wait is the default. The program is called after the file and is for any robot.
+`wait_before_s`, `wait_after_s` and `robot` may be left out. Cells are separated by commas and stripped; empty rows are
+skipped; an empty cell of a speed limit or a wait is the default. The program is called after the file; the first row
+names the robot that it is written for, if it is for one alone.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from robojoule.programs.operation_tree import (
 from robojoule.programs.program import Program
 
 _SETTINGS = {"speed_limit_percent": 100.0, "wait_before_s": 0.0, "wait_after_s": 0.0}  # with their defaults
-_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}"
+_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot"
 _JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
 
 
@@ -48,13 +49,18 @@ class PositionFiles:
         for column, default in _SETTINGS.items():
             if start.number(column, default) != default:
                 raise start.error(column, "the first row is the start of the cycle, not a move", "an empty cell")
+        for row in targets:
+            if row.cells.get("robot"):
+                raise row.error("robot", "the robot is named in the first row alone", "an empty cell")
         positions = [[row.number(column) for column in joints] for row in rows]
         if joints[0].endswith("deg"):
             positions = [[math.radians(value) for value in row] for row in positions]
         names = _names(targets) if "name" in header.cells else None
         try:
-            tree = tree_from_configurations(path.stem.strip(), positions, move_names=names)
-        except ValidationError as error:  # a name of the file or of a move that no program may have
+            tree = tree_from_configurations(
+                path.stem.strip(), positions, start.cells.get("robot") or None, move_names=names
+            )
+        except ValidationError as error:  # a name of the file, the robot or a move that no program may have
             details = error.errors(include_url=False)[0]
             raise InputError(f"{details['msg']} (found {shown(details['input'])})", file=path) from None
         moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
@@ -64,20 +70,24 @@ class PositionFiles:
             tree.with_plan(limits, waits_before_s=before, waits_after_s=after),
             path,
             self.name,
-            {"start_rad": f"line {start.line}", **places},
+            {"robot": f"line {start.line}, column robot", "start_rad": f"line {start.line}", **places},
         )
 
     def write(self, program: Program, path: Path) -> None:
-        """Write a file, angles in radians; see `robojoule.formats.registry.Format`."""
+        """Write a file; see `robojoule.formats.registry.Format`.
+
+        Angles are in degrees if these read as the very same positions, as they do where they come from degrees.
+        """
         moves = _flat_moves(program.tree, path)
-        joints = [f"q{joint}_rad" for joint in range(1, len(program.tree.start_rad) + 1)]
+        unit, positions = _positions([program.tree.start_rad, *(move.target_rad for move in moves)])
+        joints = [f"q{joint}_{unit}" for joint in range(1, len(positions[0]) + 1)]
+        robot = {} if program.robot is None else {"robot": program.robot}
+        settings = [robot, *({"name": move.name} | {key: getattr(move, key) for key in _SETTINGS} for move in moves)]
         text = io.StringIO()
-        writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS], restval="", lineterminator="\n")
+        writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS, *robot], restval="", lineterminator="\n")
         writer.writeheader()
-        writer.writerow(dict(zip(joints, program.tree.start_rad, strict=True)))
-        for move in moves:
-            settings = {column: getattr(move, column) for column in _SETTINGS}
-            writer.writerow({"name": move.name, **dict(zip(joints, move.target_rad, strict=True)), **settings})
+        for row, values in zip(settings, positions, strict=True):
+            writer.writerow(row | dict(zip(joints, values, strict=True)))
         write_text(path, text.getvalue())
 
 
@@ -151,7 +161,7 @@ def _joint_columns(header: _Row) -> list[str]:
             units.append(match[2])
             if match[2] != units[0]:
                 raise header.error(column, "positions are given in degrees and in radians", "one unit for all joints")
-        elif column != "name" and column not in _SETTINGS:
+        elif column not in ("name", "robot", *_SETTINGS):
             raise header.error(column or None, "unknown column" if column else "a column has no name", _COLUMNS)
     if not joints:
         raise header.error(None, "there are no joint positions", _COLUMNS)
@@ -162,7 +172,7 @@ def _joint_columns(header: _Row) -> list[str]:
 
 
 def _names(rows: list[_Row]) -> list[str]:
-    """Names of the moves, one a row, each once."""
+    """Names of the moves, one per row, each once."""
     lines: dict[str, int] = {}
     for row in rows:
         name = row.cells["name"]
@@ -172,6 +182,19 @@ def _names(rows: list[_Row]) -> list[str]:
             raise row.error("name", f"the name '{name}' is already used in line {lines[name]}")
         lines[name] = row.line
     return list(lines)
+
+
+def _positions(radians: list[tuple[float, ...]]) -> tuple[str, list[list[float]]]:
+    """Positions as they are written, with their unit."""
+    degrees = [[_degrees(value) for value in row] for row in radians]
+    exact = [[value for value in row if value is not None] for row in degrees]
+    return ("deg", exact) if exact == degrees else ("rad", [list(row) for row in radians])
+
+
+def _degrees(radians: float) -> float | None:
+    """The shortest number of degrees that reads as these radians, None if there is none."""
+    numbers = (float(f"{math.degrees(radians):.{digits}g}") for digits in range(1, 18))
+    return next((number for number in numbers if math.radians(number) == radians), None)
 
 
 def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:

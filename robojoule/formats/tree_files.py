@@ -89,7 +89,7 @@ def save_tree(tree: OperationTree, path: str | Path) -> None:
     """Write an operation tree as YAML or JSON (by suffix), atomically; angles in radians, defaults left out.
 
     Raises:
-        InputError: The suffix is neither of both.
+        InputError: The suffix is neither YAML's nor JSON's.
     """
     write_document(path, tree_to_data(tree))
 
@@ -189,7 +189,7 @@ def _place(
 ) -> tuple[list[int | str], type[BaseModel], str | None]:
     """Follow pydantic's location through the raw data.
 
-    Pydantic inserts the tag of a union member ("move") that is no key of the file: such parts are left out.
+    Pydantic inserts the tag of a union member ("move") that is not a key of the file: such parts are left out.
 
     Returns:
         Key parts as in the file, the model that is valid at that place, and the name of the operation there.

@@ -13,7 +13,10 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import graph_of_tree, process_energy_j
+from robojoule.profile.energy_profile import torque_warning
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+
+SAME_POSITION_RAD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,18 @@ def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]])
         [_cycle_run(batch, runs, rows, k, variant) for k, variant in enumerate(variants)]
         for rows, variants in zip(batch.rows, written, strict=True)
     ]
+
+
+def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
+    """What to know about a simulated cycle, a sentence each: torques beyond a limit, a cycle that does not close."""
+    found = []
+    if run.peak_torque_ratio > 1.0:
+        worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
+        found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
+    start, *_, end = tree.configurations_rad()
+    if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
+        found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
+    return tuple(found)
 
 
 def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: OperationTree) -> CycleRun:

@@ -109,7 +109,7 @@ class OptimizationGraph:
             for u, v in pairs:
                 for name in (u, v):
                     if name not in index:
-                        raise InputError(f"'{name}' is no vertex", key=key, allowed=", ".join(index))
+                        raise InputError(f"'{name}' is not a vertex of the graph", key=key, allowed=", ".join(index))
                 if (self.robot_of(u) == self.robot_of(v)) != same_robot:
                     demand = "the same robot" if same_robot else "different robots"
                     raise InputError(f"'{u}' and '{v}' must belong to {demand}", key=key)

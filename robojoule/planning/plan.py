@@ -6,18 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, MoveRun, simulate_trees
+from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
-from robojoule.profile.energy_profile import torque_warning
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.programs.program import Program
 
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
-SAME_POSITION_RAD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,14 +156,7 @@ def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[
         run: Its simulation.
         given: Simulation of the program as given.
     """
-    found = []
-    if run.peak_torque_ratio > 1.0:
-        worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
-        found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
-    if given.cycle_time_s > run.cycle_time_s + LATE_S:
-        longer = f"the program as given takes {given.cycle_time_s:.4f} s, longer than the plan"
-        found.append(f"{longer}: its energy is that of its own cycle")
-    start, *_, end = tree.configurations_rad()
-    if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
-        found.append("the cycle ends elsewhere than it starts: the way back is not part of the plan")
-    return tuple(found)
+    if given.cycle_time_s <= run.cycle_time_s + LATE_S:
+        return cycle_warnings(tree, run)
+    longer = f"the program as given takes {given.cycle_time_s:.4f} s, longer than the plan"
+    return (*cycle_warnings(tree, run), f"{longer}: its energy is that of its own cycle")

@@ -123,7 +123,7 @@ class PlanSolver:
             bound_j=bound_j,
             runtime_s=runtime_s,
         )
-        # The preference is no energy: taking its most from the bound keeps the bound valid.
+        # The preference is not an energy: taking its largest value from the bound keeps the bound valid.
         preference = self._preference_w * sum(profile.d_max_s for profile in profiles)
         return replace(plan, energy_j=plan_energy_j(self.costs, plan), bound_j=plan.bound_j - preference)
 

@@ -24,7 +24,7 @@ class Program:
         tree: The operations of the cycle.
         path: File that it was read from, if any.
         format: Name of that file's format, if any.
-        places: Where configurations stand in a file that has other keys, such as "line 4", by their key in the tree.
+        places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
     """
 
     tree: OperationTree
@@ -90,15 +90,14 @@ def check_tree(
         tree: Tree to check.
         robot: Robot that shall execute it.
         source: Name of the file for messages.
-        places: What messages say in place of the keys of configurations.
+        places: What messages say in place of the keys.
 
     Raises:
         InputError: First violation, naming the operation and the joint.
     """
     if tree.robot is not None and tree.robot != robot.name:
-        raise InputError(
-            f"the tree is written for robot '{tree.robot}', not for '{robot.name}'", file=source, key="robot"
-        )
+        problem = f"the tree is written for robot '{tree.robot}', not for '{robot.name}'"
+        raise InputError(problem, file=source, key=(places or {}).get("robot", "robot"))
     configurations = [("start_rad", "the start", tree.start_rad)]
     for key, operation in tree.walk():
         if isinstance(operation, MoveOperation):

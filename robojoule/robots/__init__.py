@@ -1,4 +1,4 @@
-"""The catalog of robots: one file an arm, published figures with source and licence."""
+"""The catalog of robots: one file per arm, published figures with source and licence."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def load_robot(
 
     if payload_kg is not None:
         if payload is not None:
-            raise InputError("a payload and its mass are both given", key="payload_kg", allowed="one of both")
+            raise InputError("a payload and its mass are both given", key="payload_kg", allowed="one of the two")
         payload = Payload(payload_kg)
     file, source = _load(name, drives)
     return Robot(file, payload, source)

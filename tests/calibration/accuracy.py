@@ -32,7 +32,7 @@ CASES = {
 
 
 def main():
-    """Print one table row a case: worst over the seeds, and the mean RMSE."""
+    """Print one table row per case: worst over the seeds, and the mean RMSE."""
     print("| case | RMSE mean / worst [%] | energy of all motions, worst [%] | motions within 2 % | worst motion [%] |")
     print("|---|---|---|---|---|")
     for title, (hidden, options) in CASES.items():

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import pinocchio as pin
+import pytest
 
 from robojoule.calibration.log import MeasuredLog
 from robojoule.motion.dynamics import inverse_dynamics
@@ -52,6 +52,7 @@ class Plant:
         self.mass_factor = 1.0 + self.inertia_error * rng.choice([-1.0, 1.0], n)
 
     def _model(self, payload_kg):
+        pin = pytest.importorskip("pinocchio")
         model = load_robot(self.name, Payload(0.0)).model
         for joint in range(1, model.njoints):
             inertia = model.inertias[joint]
@@ -66,6 +67,7 @@ class Plant:
 
     def torque_and_power(self, q, qd, qdd, payload_kg):
         """Link-side torques (T, n) and noise-free mains power (T,)."""
+        pin = pytest.importorskip("pinocchio")
         model, h = self._model(payload_kg), self.hidden
         data = model.createData()
         torque, power = np.empty_like(q), np.empty(len(q))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from robojoule import __version__
 from robojoule.cli import COMMANDS, main
 from robojoule.formats.tree_files import load_tree, save_tree
 
@@ -20,6 +21,11 @@ def test_every_command_has_help(command):
     shown = subprocess.run([sys.executable, "-m", "robojoule.cli", command, "--help"], capture_output=True, text=True)
     assert shown.returncode == 0
     assert "--json" in shown.stdout
+
+
+def test_the_package_runs_as_a_program():
+    command = [sys.executable, "-m", "robojoule", "--version"]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == f"robojoule {__version__}\n"
 
 
 def test_a_reader_that_has_seen_enough_is_no_error():

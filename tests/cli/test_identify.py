@@ -20,7 +20,7 @@ def log_file(tmp_path_factory):
 
 def test_writes_a_robot_file_and_a_plot_and_prints_json(log_file, tmp_path, capsys):
     out, plot = tmp_path / "entry.json", tmp_path / "fit.svg"
-    words = ["identify", log_file, "--robot", ROBOT, "--payload", "10", "--name", "ours", "--json"]
+    words = ["identify", log_file, "--robot", ROBOT, "--payload", "10", "--name", "cell_7", "--json"]
     assert main([*words, "--out", str(out), "--plot", str(plot)]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["robot"] == ROBOT
@@ -30,7 +30,7 @@ def test_writes_a_robot_file_and_a_plot_and_prints_json(log_file, tmp_path, caps
     assert by_name["base_power_w"]["standard_error"] > 0.0
     assert result["unidentified"] == [name for name, row in by_name.items() if not row["identified"]]
     robot = load_robot(out)
-    assert robot.name == "ours"
+    assert robot.name == "cell_7"
     assert robot.drives.base_power_w == pytest.approx(by_name["base_power_w"]["value"], rel=1e-5)
     first = plot.read_bytes()
     assert b"<svg" in first
@@ -45,12 +45,12 @@ def test_a_poor_fit_is_said(log_file, tmp_path, capsys):
     late = pa.array(np.roll(table["power_w"].to_numpy(), 50))
     path = tmp_path / "late.csv"
     csv.write_csv(table.set_column(table.column_names.index("power_w"), "power_w", late), path)
-    assert main(["identify", str(path), "--robot", ROBOT]) == 0
+    assert main(["identify", str(path), "--robot", ROBOT, "--payload", "10"]) == 0
     assert "warning: poor fit (R2 below 0.9): the energy model does not explain this log" in capsys.readouterr().out
 
 
 def test_prints_a_table(log_file, capsys):
-    assert main(["identify", log_file, "--robot", ROBOT]) == 0
+    assert main(["identify", log_file, "--robot", ROBOT, "--payload", "10"]) == 0
     text = capsys.readouterr().out
     assert "joints.joint_2.viscous_nm_s_per_rad" in text
     assert "held out, catalog" in text

@@ -40,6 +40,7 @@ def commands(program, tmp_path_factory):
     csv.write_csv(pa.table(columns), log)
     return {
         "profile": ["profile", "--robot", ROBOT, *MOVE, "--json"],
+        "simulate": ["simulate", str(program), "--robot", ROBOT, "--json"],
         "optimize": ["optimize", str(program), "--robot", ROBOT, "--cycle-time", "+20%", "--json"],
         "pareto": ["pareto", str(program), "--robot", ROBOT, "--json"],
         "identify": ["identify", str(log), "--robot", ROBOT, "--payload", "10", "--json"],
@@ -70,7 +71,8 @@ def assert_equal(found, expected, where, tolerance):
 
 # A fit ends where its steps are small, which rounding of the torques shifts a little.
 @pytest.mark.parametrize(
-    ("command", "tolerance"), [("profile", 0.0), ("optimize", 0.0), ("pareto", 0.0), ("identify", 1e-9)]
+    ("command", "tolerance"),
+    [("profile", 0.0), ("simulate", 0.0), ("optimize", 0.0), ("pareto", 0.0), ("identify", 1e-9)],
 )
 def test_commands_give_the_same_results(commands, without, capsys, command, tolerance):
     assert main(commands[command]) == 0

@@ -8,7 +8,7 @@ from robojoule.cli import main
 from robojoule.formats.registry import load_program
 from robojoule.programs.program import Program
 
-ROBOT = ["--robot", "kuka_kr16_r2010_2"]
+ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
 
 
 def optimized(capsys, *words) -> dict:
@@ -110,7 +110,7 @@ def test_bad_input_is_one_sentence_with_exit_code_2_and_writes_nothing(
 ):
     monkeypatch.chdir(tmp_path)
     words = [word.replace("PROGRAM", str(program)) for word in words]
-    assert main(["optimize", *words, *ROBOT, *(["--out", "out.yaml"] if "--out" not in words else [])]) == 2
+    assert main(["optimize", *ROBOT, *words, *(["--out", "out.yaml"] if "--out" not in words else [])]) == 2
     shown = capsys.readouterr()
     assert message in shown.err
     assert shown.err.startswith("robojoule optimize: ")

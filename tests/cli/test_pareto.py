@@ -8,7 +8,7 @@ import pytest
 
 from robojoule.cli import main
 
-ROBOT = ["--robot", "kuka_kr16_r2010_2"]
+ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
 
 
 def test_the_curve_falls_to_the_least_energy(program, tmp_path, capsys):

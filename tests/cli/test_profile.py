@@ -3,9 +3,9 @@
 import json
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
+from robojoule.api import energy_profile
 from robojoule.cli import main
 from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
@@ -25,10 +25,12 @@ def test_profile_prints_one_json_object(capsys):
     assert result["optimal_duration_s"] in result["duration_s"]
 
 
-def test_small_arms_carry_their_rated_payload_unless_told(capsys):
-    motion = ["--from", "0,-90,90,0,0,0", "--to", "30,-80,90,0,0,0", "--points", "2", "--json"]
-    assert main(["profile", "--robot", "ur_ur3e", *motion]) == 0
-    assert json.loads(capsys.readouterr().out)["payload_kg"] == 3.0
+def test_nothing_is_carried_unless_said_as_in_the_library(capsys):
+    assert main(["profile", *MOVE, "--points", "3", "--json"]) == 0
+    start, end = (list(map(float, text.split(","))) for text in (MOVE[3], MOVE[5]))
+    expected = energy_profile(load_robot(MOVE[1]), start, end, points=3, degrees=True).to_dict()
+    assert expected["payload_kg"] == Payload().mass_kg == 0.0
+    assert json.loads(capsys.readouterr().out) == expected
 
 
 def test_profile_draws_where_the_energy_goes(tmp_path, capsys):
@@ -47,6 +49,7 @@ def test_profile_prints_a_table(capsys):
 
 def test_profile_warns_of_torques_beyond_the_effort_limits(capsys):
     """Stretched out with its rated payload, the KR500 cannot even stand; joint 1 turns it, the others rest."""
+    pin = pytest.importorskip("pinocchio")
     stretched = ["--from", "0,0,0,0,0,0", "--to", "60,0,0,0,0,0", "--points", "2"]
     robot = load_robot("kuka_kr500_r2800_2", Payload(500.0))
     gravity = np.abs(pin.computeGeneralizedGravity(robot.model, robot.model.createData(), np.zeros(6)))

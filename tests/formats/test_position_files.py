@@ -6,6 +6,7 @@ import pytest
 from robojoule.errors import InputError
 from robojoule.formats.registry import load_program
 from robojoule.formats.tree_files import parse_tree
+from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.programs.program import Program
 from robojoule.robots import load_robot
 
@@ -15,7 +16,7 @@ name,q1_deg,q2_deg,speed_limit_percent,wait_before_s,wait_after_s
 pick,45,-60.5,50,0.25,
 "place, left", 0 ,-9e1,,,1.5
 """
-COLUMNS = "allowed: q1_deg .. or q1_rad .., name, speed_limit_percent, wait_before_s, wait_after_s"
+COLUMNS = "allowed: q1_deg .. or q1_rad .., name, speed_limit_percent, wait_before_s, wait_after_s, robot"
 
 
 def read(tmp_path, text, name="cycle.csv"):
@@ -84,6 +85,11 @@ BAD = {
         "q1_deg,wait_after_s\n0,2\n1,0\n",
         ", line 2, column wait_after_s: the first row is the start of the cycle, not a move; allowed: an empty cell",
     ),
+    "robot of a move": (
+        "q1_deg,robot\n0,\n1,ur_ur10e\n",
+        ", line 3, column robot: the robot is named in the first row alone; allowed: an empty cell",
+    ),
+    "endless robot": ("q1_deg,robot\n0," + "a" * 201 + "\n1,\n", ": String should have at most 200 characters"),
     "nameless move": ("q1_deg,name\n0,\n1,\n", ", line 3, column name: the move has no name; allowed: a name in every"),
     "doubled name": (
         "q1_deg,name\n0,a\n1,a\n2,a\n",
@@ -107,6 +113,40 @@ def test_a_position_beyond_a_limit_names_its_line(tmp_path):
     message = r"cycle\.csv, line 4: move 'move-1': joint_2 = 1\.5708 rad \(90 deg\) is beyond its limit"
     with pytest.raises(InputError, match=message):
         program.check(load_robot("kuka_kr16_r2010_2"))
+
+
+def test_another_robot_is_refused_with_its_place(tmp_path):
+    program = read(tmp_path, "q1_deg,robot\n\n0,ur_ur10e\n1,\n")
+    message = r"cycle\.csv, line 3, column robot: the tree is written for robot 'ur_ur10e', not for 'kuka_kr16_r2010_2'"
+    with pytest.raises(InputError, match=message):
+        program.check(load_robot("kuka_kr16_r2010_2"))
+
+
+# in degrees, the robot, the header of the written file
+SAVED = {
+    "degrees": ([[0.0, -90.0], [45.0, -60.5], [1e-3, 12.3456789]], None, "name,q1_deg,q2_deg,"),
+    "a robot": ([[0.0, -90.0], [45.0, -60.5]], "ur_ur10e", "name,q1_deg,q2_deg,"),
+    "random": (np.random.default_rng(3).uniform(-180.0, 180.0, (40, 6)).round(4), "ur_ur10e", "name,q1_deg,"),
+}
+
+
+@pytest.mark.parametrize("degrees, robot, header", SAVED.values(), ids=SAVED.keys())
+def test_a_saved_program_is_read_as_the_same_one(tmp_path, degrees, robot, header):
+    tree = tree_from_configurations("saved", np.radians(degrees), robot)
+    tree = tree.with_plan({tree.moves()[0].name: 100.0 / 3.0}, waits_after_s={tree.moves()[-1].name: 0.1 + 0.2})
+    path = tmp_path / "saved.csv"
+    Program(tree).save(path)
+    assert path.read_text().startswith(header)
+    assert load_program(path).tree == tree
+
+
+def test_positions_that_are_no_degrees_are_written_in_radians(tmp_path):
+    radians = np.random.default_rng(4).uniform(-3.0, 3.0, (40, 6))
+    assert (np.radians(np.degrees(radians)) != radians).any()
+    tree = tree_from_configurations("saved", radians)
+    Program(tree).save(tmp_path / "saved.csv")
+    assert (tmp_path / "saved.csv").read_text().startswith("name,q1_rad,")
+    assert load_program(tmp_path / "saved.csv").tree == tree
 
 
 MOVE = {"type": "move", "name": "a", "target_rad": [1.0]}

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.motion.dynamics import (
@@ -27,6 +26,7 @@ def robot():
 
 
 def test_projection_equals_full_inverse_dynamics_at_random_states(robot):
+    pin = pytest.importorskip("pinocchio")
     start, end = random_motions(robot, 20)
     delta = end - start
     torques = path_torques(robot, StraightPath(start, delta))
@@ -54,6 +54,7 @@ def test_series_end_below_rounding(robot):
 
 @pytest.mark.parametrize("arm", [kr16(), Robot(arm_file(1))], ids=lambda arm: f"{arm.joint_count} joints")
 def test_batched_inverse_dynamics_equals_pinocchios_own_call(arm):
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(0)
     q, qd, qdd = rng.normal(size=(3, 7, arm.joint_count))
     data = arm.model.createData()
@@ -62,6 +63,7 @@ def test_batched_inverse_dynamics_equals_pinocchios_own_call(arm):
 
 
 def assert_engines_agree(arm, q, qd, qdd):
+    pytest.importorskip("pinocchio")
     own, theirs = (inverse_dynamics(arm, q, qd, qdd, engine=engine) for engine in ("recursion", "pinocchio"))
     assert own.shape == q.shape
     assert np.abs(own - theirs).max(initial=0.0) <= 1e-9 * max(1.0, np.abs(theirs).max(initial=0.0))

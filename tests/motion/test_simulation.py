@@ -3,7 +3,6 @@
 import dataclasses
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.errors import InputError
@@ -37,6 +36,7 @@ def test_parts_add_up_to_the_energy(runs):
 
 def test_energy_balance(robot, paths, runs):
     """Work of the joint torques = change of potential energy (kinetic is zero at both ends) + friction loss."""
+    pin = pytest.importorskip("pinocchio")
     data = robot.model.createData()
     ends = (paths.start_rad, paths.start_rad + paths.delta_rad)
     potential = [np.array([pin.computePotentialEnergy(robot.model, data, q) for q in end]) for end in ends]
@@ -51,6 +51,7 @@ def test_energy_balance(robot, paths, runs):
 
 def test_energies_equal_a_plain_fine_reference(robot, paths, runs):
     """Same motion sample by sample at 16 kHz: full inverse dynamics, friction, rotor, copper and bus by hand."""
+    pin = pytest.importorskip("pinocchio")
     drives, data = robot.drives, robot.model.createData()
     for motion, column in ((0, 9), (3, 4), (8, 0), (21, 9), (33, 6)):
         velocity = paths.peak_velocities(SPEED_LIMITS)[motion, column]
@@ -152,6 +153,7 @@ def test_turning_joint_1_changes_no_energy(robot, paths, runs):
 
 
 def test_kinetic_energy_along_a_motion_does_not_fall_with_payload():
+    pin = pytest.importorskip("pinocchio")
     states = np.random.default_rng(2).normal(size=(50, 2, 6))
     light, heavy = kr16(2.0), kr16(14.0)
     for q, qd in states:
@@ -223,6 +225,7 @@ def test_regeneration_returns_energy(robot):
 
 
 def test_payload_without_mass_is_the_bare_robot():
+    pytest.importorskip("pinocchio")
     q = np.radians([10.0, -60, 40, 20, 30, 0])
     bare, none = kr16(0.0), kr16().file
     assert bare.model.inertias[6].mass == pytest.approx(

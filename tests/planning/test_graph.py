@@ -62,7 +62,7 @@ def test_the_least_cycle_is_that_of_the_slowest_robot():
     ("fields", "message"),
     [
         ({"vertices": (Vertex("a", "r1"), Vertex("a", "r1")), "edges": ()}, "'a' appears twice"),
-        ({"edges": (Arc("a", "x"),)}, "'x' is no vertex; allowed: a, b, c"),
+        ({"edges": (Arc("a", "x"),)}, "'x' is not a vertex of the graph; allowed: a, b, c"),
         ({"edges": (Arc("a", "c"),)}, "the same robot"),
         ({"edges": (), "links": (Arc("a", "b"),)}, "different robots"),
         ({"edges": (), "collisions": (Collision("a", Phase.MOVE, "b", Phase.MOVE),)}, "different robots"),

@@ -101,4 +101,4 @@ def test_a_slower_program_is_said_to_count_with_its_own_cycle(run):
 def test_an_open_cycle_is_said_to_lack_its_way_back(run):
     one_way = tree_from_configurations("one way", np.radians([HOME_DEG, (10, -90, 90, 0, 0, 0)]))
     (warning,) = plan_warnings(one_way, run, run)
-    assert warning == "the cycle ends elsewhere than it starts: the way back is not part of the plan"
+    assert warning == "the cycle ends elsewhere than it starts: the way back is not part of it"

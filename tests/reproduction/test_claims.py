@@ -17,7 +17,7 @@ def test_claims_are_read_as_they_were_written(tmp_path: Path):
     claims = [Claim("a, and b", "t", "o", False), Claim("d", "t", "o", None), Claim("c", "t", "o", True)]
     path = tmp_path / "reports" / "claims.csv"
     write_claims(path, claims)
-    text = 'claim,thesis,ours,held\n"a, and b",t,o,false\nd,t,o,\nc,t,o,true\n'
+    text = 'claim,thesis,robojoule,held\n"a, and b",t,o,false\nd,t,o,\nc,t,o,true\n'
     assert path.read_text(encoding="utf-8") == text
     assert read_claims(path) == claims
 
@@ -25,9 +25,9 @@ def test_claims_are_read_as_they_were_written(tmp_path: Path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("claim,thesis,ours\nc,t,o\n", r"plans\.csv.*column 'held' is missing"),
-        ("claim,thesis,ours,held\nc,t,o,maybe\n", r"plans\.csv, held: 'maybe' is not a verdict"),
-        ("claim,thesis,ours,held\nc,t\n", r"plans\.csv, c: column 'ours' is missing"),
+        ("claim,thesis,robojoule\nc,t,o\n", r"plans\.csv.*column 'held' is missing"),
+        ("claim,thesis,robojoule,held\nc,t,o,maybe\n", r"plans\.csv, held: 'maybe' is not a verdict"),
+        ("claim,thesis,robojoule,held\nc,t\n", r"plans\.csv, c: column 'robojoule' is missing"),
     ],
 )
 def test_broken_claims_are_refused(tmp_path: Path, text: str, message: str):

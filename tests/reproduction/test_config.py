@@ -23,8 +23,8 @@ BAD = {
     "unknown key": (("generate_trees", "treees"), 1, "generate_trees.treees: unknown key; allowed: .*points"),
     "robot by its path": (
         ("robot", "name"),
-        "arms/ours.json",
-        "robot.name: 'arms/ours.json' is not in the catalog .*; allowed: .*kuka_kr16_r2010_2",
+        "arms/own.json",
+        "robot.name: 'arms/own.json' is not in the catalog .*; allowed: .*kuka_kr16_r2010_2",
     ),
     "payload above the rated one": (
         ("robot", "payload_kg"),

@@ -1,4 +1,4 @@
-"""Small arms that are no catalog entries."""
+"""Small arms that are not in the catalog."""
 
 import copy
 import math

@@ -3,7 +3,6 @@
 from functools import cache
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.motion.simulation import MotionPaths
@@ -90,6 +89,7 @@ def test_idle_power_is_plausible_for_its_size(name):
 
     P is the installed power; counterbalanced arms, whose balancer is left out, may take up to 2 times.
     """
+    pin = pytest.importorskip("pinocchio")
     robot, anchors = loaded(name), load_anchors()
     gravity = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), robot.home_rad)
     idle = float(idle_power_w(robot.drives, gravity))
@@ -116,6 +116,7 @@ def test_capsules_follow_the_rule(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_tool_z_leaves_the_flange(name):
     """The tool frame lies ahead of the wrist centre (where the axes of joints 5 and 6 pass) along its own z."""
+    pin = pytest.importorskip("pinocchio")
     robot = loaded(name)
     data = robot.model.createData()
     tool_in_joint = pin.SE3(robot.mechanism.tool.rotation, robot.mechanism.tool.origin_m)
@@ -131,6 +132,7 @@ def test_tool_z_leaves_the_flange(name):
 
 def test_home_is_an_upright_elbow():
     """HOME: upper arm up, forearm level, tool forward (KUKA, FANUC) or down (Universal Robots)."""
+    pin = pytest.importorskip("pinocchio")
     for name in NAMES:
         robot = loaded(name)
         data = robot.model.createData()

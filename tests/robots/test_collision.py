@@ -1,6 +1,4 @@
-import coal
 import numpy as np
-import pinocchio as pin
 import pytest
 from scipy.optimize import minimize
 
@@ -79,6 +77,7 @@ def test_segment_distance_never_above_dense_sampling():
 
 
 def test_kinematics_against_pinocchio(robot, model):
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(2)
     data, mechanism = robot.model.createData(), robot.mechanism
     for q in rng.uniform(robot.lower_rad, robot.upper_rad, (20, 6)):
@@ -96,6 +95,8 @@ def test_kinematics_against_pinocchio(robot, model):
 
 
 def test_clearances_against_coal(robot, model):
+    coal = pytest.importorskip("coal")
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(3)
     q = rng.uniform(robot.lower_rad, robot.upper_rad, (30, 6))
     clearances, segments = model.clearances_m(q), model.segments_m(q)

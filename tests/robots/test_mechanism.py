@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.documents import parse
@@ -38,6 +37,7 @@ def test_tool_placements_equal_pinocchios(name):
 
 @pytest.mark.parametrize("joints", range(1, 8))
 def test_places_of_any_arm_equal_pinocchios(joints):
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(joints)
     arm = random_mechanism(rng, joints)
     q = rng.uniform(-4.0, 4.0, (25, joints))
@@ -52,6 +52,7 @@ def test_places_of_any_arm_equal_pinocchios(joints):
 
 
 def _assert_same_places(arm, q):
+    pin = pytest.importorskip("pinocchio")
     data, tool = arm.model.createData(), pin.SE3(arm.tool.rotation, arm.tool.origin_m)
     positions, orientations = arm.tool_placements(q)
     for configuration, position, (w, x, y, z) in zip(q, positions, orientations, strict=True):
@@ -64,6 +65,7 @@ def _assert_same_places(arm, q):
 
 def test_poses_of_the_reference_robot_are_pinocchios_to_the_bit():
     """Its joints turn about z: no rounding differs, and neither do tables of poses."""
+    pin = pytest.importorskip("pinocchio")
     robot = kr16()
     q = np.random.default_rng(2).uniform(robot.lower_rad, robot.upper_rad, (50, 6))
     tool, data = pin.SE3(robot.mechanism.tool.rotation, robot.mechanism.tool.origin_m), robot.model.createData()
@@ -76,6 +78,7 @@ def test_poses_of_the_reference_robot_are_pinocchios_to_the_bit():
 @pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_m20_25_18d", "ur_ur10e"])
 def test_bodies_are_those_that_pinocchio_puts_together(name):
     """The same links appended to a Pinocchio model one by one: equal to the bit."""
+    pin = pytest.importorskip("pinocchio")
     robot = load_robot(name, Payload(2.0, (0.01, -0.02, 0.1)))
     file, model = robot.file, robot.model.copy()
     for body in range(1, model.njoints):
@@ -132,6 +135,7 @@ def test_changes_of_parameters_change_the_bodies_alone():
 
 
 def test_the_pinocchio_model_follows_the_mechanism():
+    pytest.importorskip("pinocchio")
     robot = kr16()
     assert robot.model is robot.model  # made once
     other = robot.variant(mechanism=robot.mechanism.with_body(2, RigidBody.nothing()))

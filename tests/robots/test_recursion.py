@@ -1,7 +1,6 @@
 """The recursion along paths against mechanics, Pinocchio's inverse dynamics and differences."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.robots import list_robots, load_robot
@@ -14,6 +13,7 @@ G = 9.81
 
 def expected(model, q, along):
     """m, c and g by three calls a state, shape (3, n, N)."""
+    pin = pytest.importorskip("pinocchio")
     data, zero = model.createData(), np.zeros(model.nv)
     columns = []
     for state, change in zip(q.T, along.T, strict=True):
@@ -24,6 +24,7 @@ def expected(model, q, along):
 
 
 def check(mechanism, states):
+    pytest.importorskip("pinocchio")
     q, along = np.random.default_rng(3).uniform(-3.0, 3.0, (2, mechanism.joint_count, states))
     found, reference = path_points(mechanism, q, along), expected(mechanism.model, q, along)
     for part, exact in ((found[:2], reference[:2]), (found[2], reference[2])):  # c of a single joint is zero
@@ -105,6 +106,7 @@ def test_torques_are_derivatives_of_energies():
 
 @pytest.mark.parametrize("joints", [1, 3, 6])
 def test_regressors_equal_pinocchios(joints):
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(joints)
     arm = random_mechanism(rng, joints, lumped=(2,), gravity=9.81 * rng.normal(size=3))
     q, along = rng.uniform(-3, 3, (2, joints, 9))
@@ -133,6 +135,7 @@ def test_regressors_are_the_torques_of_changed_bodies():
 
 
 def test_mass_diagonal_is_that_of_the_mass_matrix():
+    pin = pytest.importorskip("pinocchio")
     arm = random_mechanism(np.random.default_rng(6), 6)
     q = np.random.default_rng(7).uniform(-3, 3, (8, 6))
     data = arm.model.createData()

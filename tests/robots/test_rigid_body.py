@@ -1,7 +1,6 @@
 """Sums and turns of rigid bodies against point masses, matrices and Pinocchio."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.robots.rigid_body import Placement, RigidBody, quaternions
@@ -87,6 +86,7 @@ def test_quaternions_near_half_turns(rpy):
 
 
 def test_every_step_equals_pinocchios_to_the_bit():
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(5)
     for _ in range(200):
         rpy = tuple(rng.uniform(-3.2, 3.2, 3))

@@ -1,7 +1,6 @@
 """The reference robot and its payload."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.errors import InputError
@@ -22,6 +21,7 @@ def test_the_kr16_stands_as_published():
 
 
 def test_tool_z_leaves_the_flange():
+    pin = pytest.importorskip("pinocchio")
     _, orientation = kr16().tool_placements([np.zeros(6)])
     w, x, y, z = orientation[0]
     axis = pin.Quaternion(w, x, y, z).toRotationMatrix() @ [0, 0, 1]
@@ -31,6 +31,7 @@ def test_tool_z_leaves_the_flange():
 
 def test_payload_adds_its_weight_at_its_centre():
     """Holding torque of joint 2 with the arm stretched: payload weight times lever, by hand."""
+    pin = pytest.importorskip("pinocchio")
     q = np.zeros(6)
     bare, loaded = kr16(0.0), load_robot("kuka_kr16_r2010_2", Payload(10.0, (0.0, 0.0, 0.1)))
     torques = [pin.computeGeneralizedGravity(r.model, r.model.createData(), q)[1] for r in (bare, loaded)]
@@ -94,7 +95,7 @@ def test_nothing_is_carried_unless_said():
 
 PAYLOADS_OF_5_KG = {"payload_kg": 5.0, "payload": Payload(5.0)}
 BAD_LOADS = {
-    "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of both"),
+    "both": (PAYLOADS_OF_5_KG, "payload_kg: a payload and its mass are both given; allowed: one of the two"),
     "number": ({"payload": 5.0}, "payload: 5 is not a payload; allowed: a Payload, or a mass as payload_kg"),
     "text": ({"payload_kg": "five"}, "'five' is not a valid payload mass; allowed: 0 kg or more"),
     "too much": ({"payload_kg": 17}, "a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for"),

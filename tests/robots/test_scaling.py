@@ -20,20 +20,20 @@ def rebuilt():
     return rebuilt_entries()
 
 
-def assert_equal_figures(ours, theirs, key):
+def assert_equal_figures(found, expected, key):
     """Equal, floats up to one step of the last significant digit kept."""
-    if isinstance(ours, dict):
-        assert list(ours) == list(theirs), key
-        for name in ours:
-            assert_equal_figures(ours[name], theirs[name], f"{key}.{name}")
-    elif isinstance(ours, list):
-        assert len(ours) == len(theirs), key
-        for index, pair in enumerate(zip(ours, theirs, strict=True)):
+    if isinstance(found, dict):
+        assert list(found) == list(expected), key
+        for name in found:
+            assert_equal_figures(found[name], expected[name], f"{key}.{name}")
+    elif isinstance(found, list):
+        assert len(found) == len(expected), key
+        for index, pair in enumerate(zip(found, expected, strict=True)):
             assert_equal_figures(*pair, f"{key}.{index}")
-    elif isinstance(ours, float):
-        assert ours == pytest.approx(theirs, rel=1e-3, abs=1e-12), key
+    elif isinstance(found, float):
+        assert found == pytest.approx(expected, rel=1e-3, abs=1e-12), key
     else:
-        assert ours == theirs, key
+        assert found == expected, key
 
 
 def test_committed_entries_are_what_the_laws_give(rebuilt):

@@ -1,5 +1,4 @@
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.documents import write_document
@@ -58,6 +57,7 @@ def test_written_and_read_back_is_the_same(tmp_path, name):
 
 @pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_m20_25_18d", "ur_ur10e"])
 def test_inverse_dynamics_against_pinocchios_own_reader(tmp_path, name):
+    pin = pytest.importorskip("pinocchio")
     path = tmp_path / "arm.urdf"
     write_urdf(load_robot_file(name), path)
     assert_same_dynamics(load_robot(path), pin.buildModelFromXML(path.read_text()))
@@ -69,18 +69,20 @@ def test_turned_inertia_axes_against_pinocchios_own_reader(two):
 
 def _revolute(text):
     """Pinocchio counts a continuous joint in two coordinates; the dynamics do not know the difference."""
+    pin = pytest.importorskip("pinocchio")
     limited = text.replace('type="continuous"', 'type="revolute"')
     return pin.buildModelFromXML(limited.replace('<limit velocity="4"', '<limit lower="-6" upper="6" velocity="4"'))
 
 
 def assert_same_dynamics(robot, other):
+    pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(0)
     data, other_data = robot.model.createData(), other.createData()
     for _ in range(20):
         q, qd, qdd = rng.uniform(-2, 2, (3, robot.joint_count))
-        ours = pin.rnea(robot.model, data, q, qd, qdd)
-        theirs = pin.rnea(other, other_data, q, qd, qdd)
-        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * max(1.0, np.abs(theirs).max()))
+        found = pin.rnea(robot.model, data, q, qd, qdd)
+        expected = pin.rnea(other, other_data, q, qd, qdd)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * max(1.0, np.abs(expected).max()))
 
 
 def test_two_joint_urdf_end_to_end(two):

@@ -20,7 +20,7 @@ def show(folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_ours_stand_beside_the_thesis_s():
+def test_robojoule_s_figures_are_beside_the_thesis_s():
     rows = [ROW, ROW | {"relaxation_percent": "121", "saving_percent": "20"}]
     rows.append(ROW | {"method": "krc_polynomial", "krc_segments": "4", "saving_percent": "9.87"})
     lines = [" ".join(line.split()) for line in table_text(rows, published()).splitlines()]

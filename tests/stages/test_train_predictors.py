@@ -155,8 +155,8 @@ def test_the_profile_predictor_beats_the_models_of_three_numbers(trained: Layout
     assert 60.0 < metrics["interval"][PROFILES]["coverage_percent"] <= 100.0
     assert metrics["interval"][PROFILES]["half_width_percent"] < 1.0
     for target in TARGETS:
-        ours = metrics[target][PROFILES]["abs_mean"]
-        assert ours < min(metrics[target][model]["abs_mean"] for model in MODELS)
+        error = metrics[target][PROFILES]["abs_mean"]
+        assert error < min(metrics[target][model]["abs_mean"] for model in MODELS)
 
 
 def test_table_5_1_follows_from_the_predictions(trained: Layout) -> None:
@@ -191,7 +191,7 @@ def test_other_tables_and_metrics(trained: Layout) -> None:
         ].to_numpy()
         assert (int(row["underpredicted"]), int(row["overpredicted"])) == ((part < 0).sum(), (part > 0).sum())
     claims = table(trained.predictor_claims)
-    assert list(claims[0]) == ["claim", "thesis", "ours", "held"]
+    assert list(claims[0]) == ["claim", "thesis", "robojoule", "held"]
     assert {row["held"] for row in claims} <= {"true", "false"}
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
     assert set(metrics) == {*TARGETS, "suitability", "interval"}

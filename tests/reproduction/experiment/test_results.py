@@ -148,8 +148,8 @@ def test_claims_are_judged_on_the_figures(results):
     assert held["at 200 % the predicted profiles save less than the polynomial ones with 4 segments"] is False
     assert held["at 110 % six segments of the polynomial profile save more than four"] is False
     text = "two profiling runs instead of five nearly halve the time for obtaining profiles"
-    assert claims[text].ours.startswith("2 against 5 runs")
-    assert list(claims[text].row()) == ["claim", "thesis", "ours", "held"]
+    assert claims[text].robojoule.startswith("2 against 5 runs")
+    assert list(claims[text].row()) == ["claim", "thesis", "robojoule", "held"]
 
 
 def test_results_without_the_thesis_settings_have_fewer_rows():

@@ -77,16 +77,16 @@ def test_retrace_pairs_the_first_motion_with_the_last(data: DataSet, connection:
 def test_claims_state_what_was_found(connection: duckdb.DuckDBPyConnection) -> None:
     claims = features.fetch(connection, "claims_features").to_pylist()
     assert len(claims) == 14
-    assert all(row["thesis"] and row["ours"] and isinstance(row["held"], bool) for row in claims)
+    assert all(row["thesis"] and row["robojoule"] and isinstance(row["held"], bool) for row in claims)
     table = analysed(connection)
     saving = table["energy_saving_j"].to_numpy()
     signs = [np.corrcoef(saving, table[f"j{j}_angle_difference_rad"].to_numpy())[0, 1] for j in (1, 2, 3)]
     by_text = {row["claim"]: row for row in claims}
     row = by_text["Angle differences of joints 1-3 correlate with the energy saving"]
     assert row["held"] == (min(signs) > 0)
-    assert row["ours"] == f"{min(signs):.2f} to {max(signs):.2f}"
+    assert row["robojoule"] == f"{min(signs):.2f} to {max(signs):.2f}"
     strongest = by_text["Of the angle differences of joints 1-3 the strongest is"]
-    assert strongest["ours"] == f"j{1 + int(np.argmax(np.abs(signs)))}"
+    assert strongest["robojoule"] == f"j{1 + int(np.argmax(np.abs(signs)))}"
 
 
 def test_straight_rising_segment_is_recognised(data: DataSet) -> None:
@@ -96,4 +96,4 @@ def test_straight_rising_segment_is_recognised(data: DataSet) -> None:
     features.build(connection, (*features.FEATURE_TABLES, *features.FINDING_TABLES))
     row = features.fetch(connection, "claims_features").to_pylist()[-1]
     assert row["held"] is True
-    assert row["ours"].startswith("median 1.0000")
+    assert row["robojoule"].startswith("median 1.0000")

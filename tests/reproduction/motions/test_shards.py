@@ -135,7 +135,7 @@ def test_a_set_is_of_a_robots_figures_not_of_its_name(tmp_path):
 
 def test_other_folders_are_left_alone(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="no folder of a motion set"):
+    with pytest.raises(InputError, match="not the folder of a motion set"):
         open_folder(motion_set(), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 

@@ -54,7 +54,7 @@ def test_tiny_savings_are_told_apart() -> None:
     table = table.set_column(place, "energy_saving_j", pa.array([1.0, 110.0, 220.0]))
     claims = predictor_claims(table, metrics(1.0))
     found = next(claim for claim in claims if claim.claim.startswith("Mean relative error of the energy s"))
-    assert found.ours.endswith("1 J and more: 10.0 %")
+    assert found.robojoule.endswith("1 J and more: 10.0 %")
 
 
 @pytest.mark.parametrize(("network", "held"), [(1.0, "true"), (0.85, "true"), (0.6, "false"), (1.5, "false")])

@@ -57,8 +57,8 @@ def test_inputs_on_a_threshold_go_the_same_way(fitted) -> None:
     inputs, _ = data(300, 1)  # the training rows: thresholds lie halfway between them
     inputs = np.repeat(inputs[:1], 400, axis=0)
     inputs[:, 3] = np.linspace(inputs[:, 3].min() - 1, inputs[:, 3].max() + 1, 400)
-    ours = to_arrays(estimator, name, NAMES, TARGETS)
-    np.testing.assert_allclose(ours.predict(inputs), estimator.predict(inputs), rtol=1e-11, atol=1e-9)
+    arrays = to_arrays(estimator, name, NAMES, TARGETS)
+    np.testing.assert_allclose(arrays.predict(inputs), estimator.predict(inputs), rtol=1e-11, atol=1e-9)
 
 
 def test_same_predictor_same_bytes(fitted, tmp_path: Path) -> None:
@@ -126,19 +126,19 @@ def test_objects_in_the_archive_are_refused(fitted, tmp_path: Path) -> None:
 
 def test_tree_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
     estimator = fit(make_estimator("random_forest", PARAMS), *data(50, 1))
-    ours = to_arrays(estimator, "random_forest", NAMES, TARGETS)
-    ours.members[1].right[ours.members[1].feature >= 0] = 0
-    save_predictor(ours, tmp_path / "forest")
+    arrays = to_arrays(estimator, "random_forest", NAMES, TARGETS)
+    arrays.members[1].right[arrays.members[1].feature >= 0] = 0
+    save_predictor(arrays, tmp_path / "forest")
     with pytest.raises(InputError, match="child that does not exist"):
         load_predictor(tmp_path / "forest")
 
 
 def test_wrong_inputs_are_refused(fitted) -> None:
     name, estimator = fitted
-    ours = to_arrays(estimator, name, NAMES, TARGETS)
+    arrays = to_arrays(estimator, name, NAMES, TARGETS)
     with pytest.raises(InputError, match=r"shape \(2, 38\); allowed: \(rows, 39\)"):
-        ours.predict(np.ones((2, 38)))
+        arrays.predict(np.ones((2, 38)))
     values = np.ones((2, 39))
     values[1, 4] = np.nan
     with pytest.raises(InputError, match=NAMES[4]):
-        ours.predict(values)
+        arrays.predict(values)

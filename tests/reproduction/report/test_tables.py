@@ -6,7 +6,7 @@ from reproduction.report.results import Results, number
 from tests.reproduction.report import toy
 
 
-def test_table_6_1_has_ours_and_the_thesis_s_by_the_same_convention(toy_results: Results):
+def test_table_6_1_has_robojoule_s_and_the_thesis_s_by_the_same_convention(toy_results: Results):
     saving, convention, gap = tables.table_6_1(toy_results)
     assert saving.head == ("method", "110 %", "200 %")
     rows = {row[0]: row[1:] for row in saving.rows}
@@ -65,11 +65,11 @@ def test_table_5_1_has_every_target_error_and_model(toy_results: Results):
     assert theirs[2][2] == "0.014"  # seconds need three digits
 
 
-def test_difference_is_ours_less_theirs(toy_results: Results):
+def test_difference_is_robojoule_s_less_the_thesis_s(toy_results: Results):
     table = tables.difference(toy_results)
     assert table is not None
     row = dict(zip(table.head[1:], table.rows[0][1:], strict=True))
-    assert row["KRC, ours"] == "10.00" and row["KRC, thesis"] == "13.37"
+    assert row["KRC, robojoule"] == "10.00" and row["KRC, thesis"] == "13.37"
     assert table.rows[0][3] == "−3.37" and table.rows[0][6] == "12.58"
     assert table.rows[1][1] == ""  # 121 % was not among the cycle times
 
@@ -118,7 +118,7 @@ def test_gaps_stand_with_their_interval_worst_tree_and_runs(toy_results: Results
 
 def test_study_tables_are_shown_where_there_is_a_study(tmp_path, toy_results: Results):
     captions = [table.caption for table in tables.study_tables(toy_results)]
-    assert captions[0].startswith("(a) A robot that was measured")
+    assert captions[0].startswith("(a) The same robot, new motions")
     assert sum(caption.startswith("What each step brings") for caption in captions) == 3
     assert tables.study_tables(toy.results(tmp_path, toy_results.robot)) == []
 
@@ -127,7 +127,7 @@ def test_study_tables_are_shown_where_there_is_a_study(tmp_path, toy_results: Re
     ("key", "label"),
     [
         ("krc_polynomial_6", "KRC polynomial, 6 segments"),
-        ("robojoule_predicted_50", "robojoule, predicted, 50 motions measured"),
+        ("robojoule_predicted_50", "robojoule, predicted, 50 known motions"),
         ("robojoule_predicted", "robojoule, predicted"),
         ("five_runs", "polynomial through five runs, six chords"),
         ("something_new", "something new"),

@@ -181,9 +181,9 @@ def _write_tables(tables: Path) -> None:
         if spacing != "duration"
     ]
     write_rows(tables / "table_6_1.csv", rows)
-    claims = [{"claim": "more <segments> help & save", "thesis": "yes", "ours": "-1.00 points", "held": "false"}]
+    claims = [{"claim": "more <segments> help & save", "thesis": "yes", "robojoule": "-1.00 points", "held": "false"}]
     write_rows(tables / "claims.csv", claims)
-    idle = {"figure": "idle power [W]", "published": "430", "low": 417.1, "high": 442.9, "ours": 512.5}
+    idle = {"figure": "idle power [W]", "published": "430", "low": 417.1, "high": 442.9, "robojoule": 512.5}
     write_rows(tables / "energy_model.csv", [idle | {"fitted": "false", "held": "false"}])
     errors: list[dict[str, object]] = [
         {"target": target, "model": model, "error": error} | dict.fromkeys(("p25", "p50", "p75", "max", "mean"), 1.5)

@@ -53,9 +53,9 @@ def gap(tables, method, **key):
 
 def test_new_motions_are_planned_near_the_optimum(params):
     tables = regimes.same_robot(params, lambda _: None)
-    ours = gap(tables, "robojoule_predicted", payload_kg="all")
-    assert ours < 0.5
-    assert ours < min(gap(tables, name, payload_kg="all") for name in ("krc_polynomial_6", "predicted_three_segment"))
+    own = gap(tables, "robojoule_predicted", payload_kg="all")
+    assert own < 0.5
+    assert own < min(gap(tables, name, payload_kg="all") for name in ("krc_polynomial_6", "predicted_three_segment"))
     assert {row["payload_kg"] for row in tables.errors} == {0.0, 10.0}
     means = {
         (part, case): np.mean(
@@ -68,7 +68,7 @@ def test_new_motions_are_planned_near_the_optimum(params):
         assert means[part, best] == min(means[part, case] for case in ABLATIONS[part])
     # What only ablations need stays out of the other tables; what both show is the same.
     assert not {row["method"] for row in tables.gaps + tables.wins} & set(METHODS)
-    assert means["predictor", PREDICTED] == pytest.approx(ours)
+    assert means["predictor", PREDICTED] == pytest.approx(own)
 
 
 def test_an_unseen_payload_is_planned_near_the_optimum(params):

@@ -32,7 +32,7 @@ def gaps(regime, methods):
     ]
 
 
-def judged(ours):
+def judged(own):
     key = {"regime": "same_robot", "payload_kg": "10"}
     motions = errors("rel_p50_percent", "robojoule_predicted", 4.0, **key)
     motions += errors("rel_p50_percent", "oracle", "3.0", **key)
@@ -42,8 +42,8 @@ def judged(ours):
         for row in errors("rel_p50_median_percent", model, value)
     ]
     rivals = {"krc_polynomial_6": 1.0, "predicted_three_segment": 2.0}
-    plans = gaps("same_robot", {"robojoule_predicted": ours} | rivals)
-    plans += gaps("unseen_payload", {"robojoule_predicted": ours})
+    plans = gaps("same_robot", {"robojoule_predicted": own} | rivals)
+    plans += gaps("unseen_payload", {"robojoule_predicted": own})
     of_robots = {"robojoule_predicted_0": 0.1, "robojoule_predicted_50": 0.1, "nominal_physics": 0.2}
     return target_rows(motions, plans, robots, gaps("unseen_robot", of_robots | rivals))
 
