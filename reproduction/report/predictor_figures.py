@@ -60,11 +60,7 @@ def predicted_against_measured(predictions: Columns, target: str, style: Style) 
                 label=f"{name} ({int(chosen.sum())})",
             )
         ax.plot([0, top], [0, top], color="black", linewidth=0.8)
-        ax.set_xlim(0, top)
-        ax.set_ylim(0, top)
-        ax.set_aspect("equal")
-        ax.set_title(MODELS[model])
-        ax.set_xlabel(f"measured [{unit}]")
+        ax.set(xlim=(0, top), ylim=(0, top), aspect="equal", title=MODELS[model], xlabel=f"measured [{unit}]")
         ax.legend(loc="upper left", markerscale=1.8, handletextpad=0.2)
         texts.append(
             f"{MODELS[model]}: {int(under.sum())} under- and {int(over.sum())} overpredicted of {int(rows.sum())}"

@@ -129,6 +129,18 @@ class Results:
         """Rows of `<name>.csv` of the tables folder as text; None if no stage wrote it."""
         return _csv(self.layout.tables_dir / f"{name}.csv")
 
+    def plan_table(self, name: str) -> Rows:
+        """Rows of a table that the stage evaluate_plans writes.
+
+        Raises:
+            InputError: The table is missing or empty.
+        """
+        rows = self.table(name)
+        if not rows:
+            path = self.layout.tables_dir / f"{name}.csv"
+            raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
+        return rows
+
     def study(self, name: str) -> Rows | None:
         """Rows of a result table of the studies as text; None if there is none."""
         return _csv(self.layout.study_tables_dir / f"{name}.csv")
