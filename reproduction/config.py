@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document, load
 from robojoule.errors import InputError
 from robojoule.robots import list_robots, load_robot, load_robot_file
-
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Payload, Robot
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Percent = Annotated[float, Field(gt=0, le=100)]
@@ -28,8 +26,6 @@ class RobotParams(Document):
 
     def robot(self, payload_kg: float | None = None) -> Robot:
         """The robot with its payload, or with another mass in the same place. [kg]"""
-        from robojoule.robots.robot import Payload  # late: brings Pinocchio
-
         return load_robot(self.name, Payload(self.payload_kg if payload_kg is None else payload_kg, self.payload_com_m))
 
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import duckdb
+import pyarrow as pa
 
 from reproduction.features.optima import add_optima
 from reproduction.features.views import LABELS, add_view, check_complete, source_name
 from robojoule.errors import InputError
-
-if TYPE_CHECKING:
-    import duckdb
-    import pyarrow as pa
 
 INPUT_TABLES = ("joint_travel", "path_figures", "joint_figures", "geometry", "inputs")
 """Tables that need no energy: they describe new motions as well as simulated ones."""
@@ -42,8 +40,6 @@ def connect(
         InputError: A file is missing or unreadable; a column is missing or holds anything but finite numbers; a motion
             lacks its runs or samples; the runs have fewer than two speed limits.
     """
-    import duckdb
-
     connection = duckdb.connect(config={"threads": 1, "preserve_insertion_order": True})
     sources = {"motions": motions, "samples": samples} | ({} if runs is None else {"runs": runs})
     for name, source in sources.items():

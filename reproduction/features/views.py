@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
+
+import duckdb
+import pyarrow as pa
 
 from robojoule.errors import InputError
 
-if TYPE_CHECKING:
-    import duckdb
-    import pyarrow as pa
-
-    Source: TypeAlias = str | Path | pa.Table
-
+Source: TypeAlias = str | Path | pa.Table
 
 NUMBERS = {
     "motions": ["motion_id"]
@@ -49,8 +47,6 @@ def add_view(connection: duckdb.DuckDBPyConnection, name: str, source: Source, l
     Raises:
         InputError: The file is missing or unreadable; a column is missing, holds no numbers or a gap.
     """
-    import duckdb
-
     shown = source_name(source)
     if isinstance(source, (str, Path)) and not any(Path(source).parent.glob(Path(source).name)):
         raise InputError("the file is missing; run the stage simulate_motions first", file=shown)

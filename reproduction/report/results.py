@@ -9,8 +9,9 @@ from functools import cached_property
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,9 +22,6 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
-
-if TYPE_CHECKING:
-    import duckdb
 
 Columns = dict[str, NDArray[Any]]
 Rows = list[dict[str, str]]
@@ -61,8 +59,6 @@ class Results:
 
     @cached_property
     def _connection(self) -> duckdb.DuckDBPyConnection:
-        import duckdb
-
         connection = duckdb.connect(config={"threads": 1})  # sums must not depend on the number of processors
         for name in self.PARQUET:
             path = self.layout.data_dir / f"{name}.parquet"
@@ -91,8 +87,6 @@ class Results:
         Raises:
             InputError: A file is missing, unreadable or lacks a column.
         """
-        import duckdb
-
         try:
             fetched = self._connection.execute(sql, list(parameters)).fetchnumpy()
         except duckdb.Error as error:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -21,9 +21,7 @@ from robojoule.programs.operation_tree import (
     WaitOperation,
 )
 from robojoule.programs.program import Program, check_tree
-
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Robot
 
 SCHEMA_FILE = "operation-tree.schema.json"
 _MODELS: dict[str, type[BaseModel]] = {

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
-
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Robot
 
 
 @dataclass(frozen=True)

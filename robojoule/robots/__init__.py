@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from robojoule.documents import load
 from robojoule.errors import InputError
+from robojoule.robots.robot_file import RobotFile
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Payload, Robot
-    from robojoule.robots.robot_file import RobotFile
 
 
 def catalog_path(name: str) -> Path:
@@ -43,8 +43,6 @@ def load_robot_file(name: str | Path, drives: str | Path | None = None) -> Robot
 
 def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
     """A robot file, and where it was read from, as messages say it."""
-    from robojoule.robots.robot_file import RobotFile  # late: listing names needs no models
-
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix == ".urdf":
@@ -80,7 +78,7 @@ def load_robot(
     Raises:
         InputError: Unknown name, a bad robot file, URDF or drive file, or a payload above the rated one.
     """
-    from robojoule.robots.robot import Payload, Robot  # late: brings Pinocchio
+    from robojoule.robots.robot import Payload, Robot  # late: listing robots needs no numpy
 
     if payload is not None and not isinstance(payload, Payload):
         raise InputError(f"{payload!r} is not a payload", key="payload", allowed="a Payload, or a mass as payload_kg")
