@@ -23,6 +23,7 @@ from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
 
+PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
 Columns = dict[str, NDArray[Any]]
 Rows = list[dict[str, str]]
 
@@ -48,19 +49,19 @@ class Results:
         layout: Folder of the project.
         robot: The robot that was simulated.
         shape: Constants of the three-segment profile.
+        views: Which tables there are already: those of `PARQUET`, if all stages have run.
     """
 
-    PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
-
-    def __init__(self, layout: Layout, robot: Robot, shape: ThreeSegmentShape) -> None:
+    def __init__(self, layout: Layout, robot: Robot, shape: ThreeSegmentShape, views: Sequence[str] = PARQUET) -> None:
         self.layout = layout
         self.robot = robot
         self.shape = shape
+        self.views = views
 
     @cached_property
     def _connection(self) -> duckdb.DuckDBPyConnection:
         connection = duckdb.connect(config={"threads": 1})  # sums must not depend on the number of processors
-        for name in self.PARQUET:
+        for name in self.views:
             path = self.layout.data_dir / f"{name}.parquet"
             if not path.exists():
                 raise InputError("this result is missing; run the stages before draw_figures first", file=path)
@@ -75,7 +76,7 @@ class Results:
         return connection
 
     def query(self, sql: str, *parameters: Any) -> Columns:
-        """Result of a query on the views `trees`, `motions`, `runs`, `features`, `predictions`, `plans`.
+        """Result of a query on the views.
 
         Args:
             sql: Query; it orders its rows.
