@@ -10,13 +10,13 @@ import numpy as np
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
 from reproduction.methods.method import Method, Variant
+from reproduction.methods.on_source import OnSource
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_methods, ablation_rows, main_methods
 from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, observe
 from reproduction.study.config import StudyMotionsParams, StudyParams
 from reproduction.study.methods import (
-    OnSource,
     evaluate_plans,
     hull_profiles,
     polynomial_method,
