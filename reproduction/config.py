@@ -4,19 +4,33 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from robojoule.documents import Document, load
 from robojoule.errors import InputError
 from robojoule.robots import list_robots, load_robot, load_robot_file
-
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Payload, Robot
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Percent = Annotated[float, Field(gt=0, le=100)]
+
+
+def _rising(limits_percent: list[float]) -> list[float]:
+    if any(b <= a for a, b in pairwise(limits_percent)) or limits_percent[-1] != 100:
+        raise ValueError("speed limits must rise strictly and end at 100")
+    return limits_percent
+
+
+def _ordered(budget_rad: tuple[float, float]) -> tuple[float, float]:
+    if not 0 < budget_rad[0] <= budget_rad[1]:
+        raise ValueError("the budgets must be two positive numbers in rising order")
+    return budget_rad
+
+
+SpeedLimits = Annotated[list[Percent], Field(min_length=5), AfterValidator(_rising)]
+Budget = Annotated[tuple[float, float], AfterValidator(_ordered)]
 
 
 class RobotParams(Document):
@@ -28,8 +42,6 @@ class RobotParams(Document):
 
     def robot(self, payload_kg: float | None = None) -> Robot:
         """The robot with its payload, or with another mass in the same place. [kg]"""
-        from robojoule.robots.robot import Payload  # late: brings Pinocchio
-
         return load_robot(self.name, Payload(self.payload_kg if payload_kg is None else payload_kg, self.payload_com_m))
 
 
@@ -41,14 +53,8 @@ class GenerateTreesParams(Document):
     test_fraction: Fraction
     experiment_trees: int = Field(ge=3, description="Trees of the plan experiments, never trained on.")
     points: int = Field(ge=1, le=100, description="Random points per tree.")
-    budget_rad: tuple[float, float] = Field(description="Smallest and largest budget B of joint changes. [rad]")
+    budget_rad: Budget = Field(description="Smallest and largest budget B of joint changes. [rad]")
     use_whole_budget: bool
-
-    @model_validator(mode="after")
-    def _budgets_ordered(self) -> GenerateTreesParams:
-        if not 0 < self.budget_rad[0] <= self.budget_rad[1]:
-            raise ValueError("generate_trees.budget_rad must be two positive numbers in rising order")
-        return self
 
 
 class SimulateMotionsParams(Document):
@@ -56,16 +62,9 @@ class SimulateMotionsParams(Document):
 
     inverse_dynamics: Literal["pinocchio", "recursion"] = Field(description="What computes joint torques.")
     time_laws: Literal["ruckig", "closed_form"] = Field(description="What computes time laws.")
-    speed_limits_percent: list[Percent] = Field(min_length=5)
+    speed_limits_percent: SpeedLimits
     sample_rate_hz: float = Field(ge=250, le=8000)
     shard_motions: int = Field(ge=1, description="Motions per shard of the samples.")
-
-    @model_validator(mode="after")
-    def _rising(self) -> SimulateMotionsParams:
-        limits = self.speed_limits_percent
-        if any(b <= a for a, b in pairwise(limits)) or limits[-1] != 100:
-            raise ValueError("simulate_motions.speed_limits_percent must rise strictly and end at 100")
-        return self
 
 
 class ForestParams(Document):

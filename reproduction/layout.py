@@ -6,131 +6,46 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
+class _Below:
+    """A file or folder at a fixed place below the root of a `Layout`."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+
+    def __get__(self, layout: Layout, owner: type[Layout]) -> Path:
+        return layout.root / self.place
+
+
 @dataclass(frozen=True)
 class Layout:
     """Paths of every file that a stage reads or writes, below `root`."""
 
     root: Path = Path()
 
-    @property
-    def data_dir(self) -> Path:
-        """Folder of the Parquet files."""
-        return self.root / "data"
-
-    @property
-    def trees(self) -> Path:
-        """Operation trees, one row per point."""
-        return self.data_dir / "trees.parquet"
-
-    @property
-    def trees_dir(self) -> Path:
-        """The experiment trees as operation-tree files."""
-        return self.data_dir / "trees"
-
-    @property
-    def motions(self) -> Path:
-        """Point-to-point motions, one row per motion."""
-        return self.data_dir / "motions.parquet"
-
-    @property
-    def runs(self) -> Path:
-        """Simulated runs, one row per motion and speed limit."""
-        return self.data_dir / "runs.parquet"
-
-    @property
-    def samples_dir(self) -> Path:
-        """Time series of every run, in shards."""
-        return self.data_dir / "samples"
-
-    @property
-    def paths(self) -> Path:
-        """Chebyshev coefficients of the path torques, one row per motion."""
-        return self.data_dir / "paths.parquet"
-
-    @property
-    def features(self) -> Path:
-        """Features and targets, one row per motion."""
-        return self.data_dir / "features.parquet"
-
-    @property
-    def predictions(self) -> Path:
-        """Predicted profile parameters of held-out motions."""
-        return self.data_dir / "predictions.parquet"
-
-    @property
-    def profile_predictions(self) -> Path:
-        """What the profile predictor says of held-out motions, before it joins `predictions`."""
-        return self.data_dir / "profile_predictions.parquet"
-
-    @property
-    def plans(self) -> Path:
-        """Every plan, one row per vertex."""
-        return self.data_dir / "plans.parquet"
-
-    @property
-    def models_dir(self) -> Path:
-        """Fitted predictors, a folder each."""
-        return self.root / "models"
-
-    @property
-    def profile_predictor(self) -> Path:
-        """Folder of the predictor of whole profiles."""
-        return self.models_dir / "profile_predictor"
-
-    @property
-    def reports_dir(self) -> Path:
-        """Folder of tables, metrics, figures and the report."""
-        return self.root / "reports"
-
-    @property
-    def tables_dir(self) -> Path:
-        """Result tables (CSV)."""
-        return self.reports_dir / "tables"
-
-    @property
-    def figures_dir(self) -> Path:
-        """Figures."""
-        return self.reports_dir / "figures"
-
-    @property
-    def claims_dir(self) -> Path:
-        """Claims of single chapters (CSV), joined in `tables_dir`."""
-        return self.reports_dir / "claims"
-
-    @property
-    def feature_claims(self) -> Path:
-        """Claims about features (thesis chapter 4)."""
-        return self.claims_dir / "features.csv"
-
-    @property
-    def predictor_claims(self) -> Path:
-        """Claims about predictors (thesis chapter 5)."""
-        return self.claims_dir / "predictors.csv"
-
-    @property
-    def metrics_dir(self) -> Path:
-        """Metrics of single stages (JSON), merged into `metrics`."""
-        return self.reports_dir / "metrics"
-
-    @property
-    def metrics(self) -> Path:
-        """Headline figures of the whole pipeline."""
-        return self.reports_dir / "metrics.json"
-
-    @property
-    def report(self) -> Path:
-        """The HTML report."""
-        return self.reports_dir / "index.html"
-
-    @property
-    def study_tables_dir(self) -> Path:
-        """Result tables of the studies (CSV)."""
-        return self.root / "studies" / "tables"
-
-    @property
-    def study_data_dir(self) -> Path:
-        """Every single plan, error and prediction of the studies (Parquet)."""
-        return self.root / "studies" / "data"
+    data_dir = _Below("data")  # folder of the Parquet files
+    trees = _Below("data/trees.parquet")  # operation trees, one row per point
+    trees_dir = _Below("data/trees")  # the experiment trees as operation-tree files
+    motions = _Below("data/motions.parquet")  # point-to-point motions, one row per motion
+    runs = _Below("data/runs.parquet")  # simulated runs, one row per motion and speed limit
+    samples_dir = _Below("data/samples")  # time series of every run, in shards
+    paths = _Below("data/paths.parquet")  # Chebyshev coefficients of the path torques, one row per motion
+    features = _Below("data/features.parquet")  # features and targets, one row per motion
+    predictions = _Below("data/predictions.parquet")  # predicted profile parameters of held-out motions
+    profile_predictions = _Below("data/profile_predictions.parquet")  # those of the profile predictor alone
+    plans = _Below("data/plans.parquet")  # every plan, one row per vertex
+    models_dir = _Below("models")  # fitted predictors, a folder each
+    profile_predictor = _Below("models/profile_predictor")  # folder of the predictor of whole profiles
+    reports_dir = _Below("reports")  # folder of tables, metrics, figures and the report
+    tables_dir = _Below("reports/tables")  # result tables (CSV)
+    figures_dir = _Below("reports/figures")  # figures
+    claims_dir = _Below("reports/claims")  # claims of single chapters (CSV), joined in `tables_dir`
+    feature_claims = _Below("reports/claims/features.csv")  # claims about features (thesis chapter 4)
+    predictor_claims = _Below("reports/claims/predictors.csv")  # claims about predictors (thesis chapter 5)
+    metrics_dir = _Below("reports/metrics")  # metrics of single stages (JSON), merged into `metrics`
+    metrics = _Below("reports/metrics.json")  # headline figures of the whole pipeline
+    report = _Below("reports/index.html")  # the HTML report
+    study_tables_dir = _Below("studies/tables")  # result tables of the studies (CSV)
+    study_data_dir = _Below("studies/data")  # every single plan, error and prediction of the studies (Parquet)
 
     @property
     def mlflow_store(self) -> Path:

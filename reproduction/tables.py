@@ -6,16 +6,14 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from robojoule.arrays import Array, Index
 from robojoule.documents import atomic_path, write_text
 from robojoule.errors import InputError
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 Filters = Sequence[tuple[str, str, object]]
 Row = dict[str, object]
@@ -64,9 +62,6 @@ def read_table(
     Raises:
         InputError: The file is missing or unreadable; a column is missing, holds something else or a gap.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     schema = _schema(path, stage)
     try:
         # Before the rows are filtered: a filter on a column of another type fails without its name.
@@ -92,9 +87,6 @@ def column_names(path: Path, stage: str) -> list[str]:
 
 
 def _schema(path: Path, stage: str) -> pa.Schema:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     if not path.exists():
         raise InputError(f"the file is missing; run the stage {stage} first", file=path)
     try:
@@ -159,8 +151,6 @@ def read_runs(path: Path, motion_id: Index) -> tuple[Array, Array, Array]:
 
 
 def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *, text: bool = False) -> None:
-    import pyarrow as pa
-
     for name in names:
         if name not in schema.names:
             raise InputError("this column is missing", file=source, key=name)
@@ -176,14 +166,10 @@ def _check_schema(schema: pa.Schema, names: Sequence[str], source: str | Path, *
 
 def write_parquet(path: Path, table: pa.Table) -> None:
     """Write a table as Parquet, atomically."""
-    import pyarrow.parquet as pq
-
     with atomic_path(path) as temporary:
         pq.write_table(table, temporary, compression="zstd")
 
 
 def table_of_rows(rows: Sequence[Mapping[str, object]], texts: Sequence[str] = ()) -> pa.Table:
     """Rows as a table; the columns `texts`, which may hold numbers and words, are kept as text."""
-    import pyarrow as pa
-
     return pa.table({name: [str(row[name]) if name in texts else row[name] for row in rows] for name in rows[0]})

@@ -4,35 +4,29 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import duckdb
+import pyarrow as pa
 
 from reproduction.features.optima import add_optima
-from reproduction.features.views import LABELS, add_view, check_complete, source_name
+from reproduction.features.views import add_view, check_complete, source_name
 from robojoule.errors import InputError
 
-if TYPE_CHECKING:
-    import duckdb
-    import pyarrow as pa
-
-INPUT_TABLES = ("joint_travel", "path_figures", "joint_figures", "geometry", "inputs")
-"""Tables that need no energy: they describe new motions as well as simulated ones."""
-FEATURE_TABLES = (*INPUT_TABLES, "optima", "features")
+FEATURE_TABLES = ("joint_travel", "path_figures", "joint_figures", "geometry", "inputs", "optima", "features")
 """Tables up to the features and targets of every motion."""
 FINDING_TABLES = ("correlations", "retrace", "claims_features")
 """Tables that say what the features show (thesis 4.3)."""
 
 
 def connect(
-    motions: str | Path | pa.Table,
-    samples: str | Path | pa.Table,
-    runs: str | Path | pa.Table | None = None,
+    motions: str | Path | pa.Table, samples: str | Path | pa.Table, runs: str | Path | pa.Table
 ) -> duckdb.DuckDBPyConnection:
     """Open an in-memory database with the views `motions`, `samples` and `runs`.
 
     Args:
         motions: Parquet file (a glob is allowed) or table of motions, see `docs/nomenclature.md` for its columns.
         samples: Time series of the runs.
-        runs: Runs with their energy; without them only `INPUT_TABLES` can be built.
+        runs: Runs with their energy.
 
     Returns:
         Connection with one thread, because the order of a floating-point sum must not depend on the machine. Its
@@ -42,21 +36,18 @@ def connect(
         InputError: A file is missing or unreadable; a column is missing or holds anything but finite numbers; a motion
             lacks its runs or samples; the runs have fewer than two speed limits.
     """
-    import duckdb
-
     connection = duckdb.connect(config={"threads": 1, "preserve_insertion_order": True})
-    sources = {"motions": motions, "samples": samples} | ({} if runs is None else {"runs": runs})
+    sources = {"motions": motions, "samples": samples, "runs": runs}
     for name, source in sources.items():
-        add_view(connection, name, source, [] if runs is None else LABELS[name])
+        add_view(connection, name, source)
     check_complete(connection, sources)
-    limits = "samples" if runs is None else "runs"
-    connection.execute(f"SET VARIABLE slowest_percent = (SELECT min(speed_limit_percent) FROM {limits})")
-    connection.execute(f"SET VARIABLE fastest_percent = (SELECT max(speed_limit_percent) FROM {limits})")
+    connection.execute("SET VARIABLE slowest_percent = (SELECT min(speed_limit_percent) FROM runs)")
+    connection.execute("SET VARIABLE fastest_percent = (SELECT max(speed_limit_percent) FROM runs)")
     query = "SELECT getvariable('slowest_percent') < getvariable('fastest_percent')"
     if not connection.execute(query).fetchall()[0][0]:
         raise InputError(
             "the runs need a slowest and a fastest speed limit",
-            file=source_name(sources[limits]),
+            file=source_name(runs),
             allowed="two or more",
         )
     return connection
@@ -67,7 +58,7 @@ def build(connection: duckdb.DuckDBPyConnection, tables: tuple[str, ...] = FEATU
 
     Args:
         connection: From `connect`.
-        tables: Some of `INPUT_TABLES`, `FEATURE_TABLES`, `FINDING_TABLES`; a table needs those before it.
+        tables: Some of `FEATURE_TABLES`, `FINDING_TABLES`; a table needs those before it.
     """
     for table in tables:
         if table == "optima":

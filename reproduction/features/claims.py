@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import duckdb
 
 from reproduction.claims import Claim
-
-if TYPE_CHECKING:
-    import duckdb
 
 
 def feature_claims(connection: duckdb.DuckDBPyConnection) -> list[Claim]:

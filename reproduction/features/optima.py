@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+import duckdb
 import numpy as np
+import pyarrow as pa
 
 from robojoule.profile.parameters import optimal_run, profile_parameters, steepness
-
-if TYPE_CHECKING:
-    import duckdb
 
 
 def add_optima(connection: duckdb.DuckDBPyConnection) -> None:
@@ -26,8 +23,6 @@ def add_optima(connection: duckdb.DuckDBPyConnection) -> None:
         steepness_j_per_s            Eq. 4.1 [J/s]; 0 where nothing can be saved, so that such a motion comes last in
                                      the order of suitability
     """
-    import pyarrow as pa
-
     query = """
         SELECT motion_id, speed_limit_percent, duration_s, energy_j FROM runs
         WHERE "distinct" ORDER BY motion_id, speed_limit_percent

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
+
+import duckdb
+import pyarrow as pa
 
 from robojoule.errors import InputError
 
-if TYPE_CHECKING:
-    import duckdb
-    import pyarrow as pa
-
-    Source: TypeAlias = str | Path | pa.Table
-
+Source: TypeAlias = str | Path | pa.Table
 
 NUMBERS = {
     "motions": ["motion_id"]
@@ -32,26 +30,23 @@ NUMBERS = {
     "runs": ["motion_id", "speed_limit_percent", "duration_s", "energy_j"],
 }
 LABELS = {"motions": ["tree_id", "split", "order"], "samples": [], "runs": ["distinct"]}
-"""Columns beside the numbers; those of the motions say where a simulated one belongs, new motions need none."""
+"""Columns that must be there beside the numbers."""
 _NUMBER_TYPES = {"tinyint", "smallint", "integer", "bigint", "hugeint", "float", "double"}
 _JOINT = re.compile(r"(?:start|end)_q(\d+)_rad")
 
 
-def add_view(connection: duckdb.DuckDBPyConnection, name: str, source: Source, labels: list[str]) -> None:
+def add_view(connection: duckdb.DuckDBPyConnection, name: str, source: Source) -> None:
     """Create the view `name` over `source`.
 
     Args:
         connection: Database.
         name: A key of `NUMBERS`.
         source: Parquet file (a glob is allowed) or table.
-        labels: Columns that must be there beside the numbers.
 
     Raises:
         InputError: The file is missing or unreadable; a column is missing, holds no numbers or a gap.
     """
-    import duckdb
-
-    shown = source_name(source)
+    shown, labels = source_name(source), LABELS[name]
     if isinstance(source, (str, Path)) and not any(Path(source).parent.glob(Path(source).name)):
         raise InputError("the file is missing; run the stage simulate_motions first", file=shown)
     try:
@@ -91,10 +86,10 @@ def check_complete(connection: duckdb.DuckDBPyConnection, sources: dict[str, Sou
         r"SELECT motion_id, [*COLUMNS('^start_q\d+_rad$')] AS first, [*COLUMNS('^end_q\d+_rad$')] AS last FROM motions"
     )
     needed = {"samples": "first <> last", "runs": "true"}  # a motion of length zero has nothing to sample
-    for name in (name for name in needed if name in sources):
+    for name, condition in needed.items():
         query = (
             f"SELECT count(*), min(motion_id) FROM ({ends}) "
-            f"WHERE {needed[name]} AND motion_id NOT IN (SELECT DISTINCT motion_id FROM {name})"
+            f"WHERE {condition} AND motion_id NOT IN (SELECT DISTINCT motion_id FROM {name})"
         )
         lacking, first = connection.execute(query).fetchall()[0]
         if lacking:

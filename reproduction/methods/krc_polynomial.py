@@ -20,7 +20,7 @@ from robojoule.profile.sampled import SampledProfile, sampled_profiles
 
 PROFILING_RUNS = 5  # runs from which the original plug-in fits Eq. 3.1
 POINT_SPACINGS = ("speed", "duration")
-# Speed limit of the slowest of them. The thesis does not state it. From 10 % on, which its own profiles start at, Eq. 3.1
+# Speed limit of the slowest of them. The thesis does not state it. From 10 % on, where its own profiles start, Eq. 3.1
 # is so wrong near the optimum that four chords save a quarter less than it printed at 110 to 150 %; from 15 % on they
 # save what it printed. Chosen on its Table 6.1, four segments: with six, and beyond 150 %, the table remains a check.
 PROFILING_SLOWEST = 0.15

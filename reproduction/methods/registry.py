@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from reproduction.config import EvaluatePlansParams
 from reproduction.methods.greedy import Greedy
 from reproduction.methods.krc_polynomial import POINT_SPACINGS, KrcPolynomial
-from reproduction.methods.method import Method
+from reproduction.methods.method import Method, Variant
+from reproduction.methods.on_source import OnSource
 from reproduction.methods.optimum import Optimum
 from reproduction.methods.predicted_three_segment import PredictedThreeSegment
-from reproduction.methods.robojoule_predicted import RobojoulePredicted
 from reproduction.methods.robojoule_simulated import RobojouleSimulated
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.methods.uniform import Uniform
@@ -52,7 +52,7 @@ METHODS: dict[str, Callable[[Knowledge, EvaluatePlansParams], list[Method]]] = {
     "predicted_three_segment": lambda known, settings: [
         PredictedThreeSegment(known.predicted_parameters, ThreeSegmentShape(**settings.three_segment.model_dump()))
     ],
-    "robojoule_predicted": lambda known, settings: [RobojoulePredicted(known.predicted_profiles)],
+    "robojoule_predicted": lambda known, settings: [OnSource(Variant("robojoule_predicted"), known.predicted_profiles)],
     "robojoule_simulated": lambda known, settings: [RobojouleSimulated()],
     "optimum": lambda known, settings: [Optimum(settings.dense_speed_limits)],
 }

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow as pa
 
 from reproduction.claims import Claim
 from reproduction.tables import columns
 from robojoule.profile.parameters import TARGETS
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 Metrics = Mapping[str, Mapping[str, Mapping[str, float]]]
 

@@ -54,8 +54,7 @@ def breakdown_of_trees(results: Results, style: Style) -> Drawing:
         positive, negative = positive + np.maximum(values, 0.0), negative + np.minimum(values, 0.0)
     if len(names) <= LABELLED_TREES:
         ax.set_xticks(place, [name.rpartition("-")[2] for name in names], fontsize=7)
-    ax.set_xlabel("experiment tree")
-    ax.set_ylabel("energy of a cycle at full speed [J]")
+    ax.set(xlabel="experiment tree", ylabel="energy of a cycle at full speed [J]")
     ax.grid(axis="x", visible=False)
     figure.legend(loc="outside upper center", ncols=min(len(parts), 4))
     total = float(rows["energy_j"].sum())

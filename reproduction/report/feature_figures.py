@@ -41,9 +41,7 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
     steepness = rows["steepness_j_per_s"]
     shown = 1.05 * float(np.quantile(steepness, SHOWN_SHARE)) if len(steepness) else 1.0
     beyond = int((steepness > shown).sum())
-    ax.set_xlim(0, shown)
-    ax.set_xlabel("steepness [J/s]")
-    ax.set_ylabel("simulated energy saving [J]")
+    ax.set(xlim=(0, shown), xlabel="steepness [J/s]", ylabel="simulated energy saving [J]")
     count = len(rows["energy_saving_j"])
     return Drawing(
         figure,

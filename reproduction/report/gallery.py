@@ -85,7 +85,7 @@ ENTRIES = (
     Entry("figure_6_1", RESULTS, "Profile as the KRC method sees it", profile_figures.krc_chords),
     Entry("figure_6_2", RESULTS, "Optimised operation tree", plan_figures.optimised_trees),
     Entry("figure_6_3", RESULTS, "Power over one cycle", plan_figures.power_over_time),
-    Entry("savings", BEYOND, "Savings over cycle time", plan_figures.savings),
+    Entry("savings", BEYOND, "Savings over cycle time", gap_figures.savings),
     Entry("gap_to_optimum", BEYOND, "Gap to the proven optimum", gap_figures.gap_to_optimum),
     Entry(
         "gap_of_study", BEYOND, "Gap to the optimum where the robot differs from its entry", gap_figures.gap_of_study

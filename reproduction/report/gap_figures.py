@@ -7,7 +7,6 @@ from typing import Any
 from reproduction.report.drawing import Drawing
 from reproduction.report.labels import key_label
 from reproduction.report.results import Results, Rows, number, published
-from robojoule.errors import InputError
 from robojoule.plots.style import Style
 
 MARKERS = "osD^vP*X<>hd"
@@ -23,28 +22,13 @@ PARTS = {
 
 def gap_to_optimum(results: Results, style: Style) -> Drawing:
     """Gaps and savings of the experiment trees; the thesis's published savings beside robojoule's."""
-    rows = results.table("gaps")
-    if not rows:
-        path = results.layout.tables_dir / "gaps.csv"
-        raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
+    rows = results.plan_table("gaps")
     figure, (gaps, savings) = style.figure(1.15, 2, 1, sharex=True)
     compared = [row for row in rows if row["method"] not in LEFT_OUT]
     _bands(gaps, compared, style)
     for _, chosen, look in _lines(compared, style):
-        savings.plot(*_columns(chosen, "saving_mean_percent"), **look)
-    for method, key, marker in (("KRC polynomial", "krc", "x"), ("predicted", "pred", "+")):
-        for segments, dash in (("4", ":"), ("6", "--")):
-            chosen = [row for row in published("table_6_1") if row["krc_segments"] == segments]
-            savings.plot(
-                *_columns(chosen, f"{key}_saving_percent_eq_6_1"),
-                color="black",
-                linestyle=dash,
-                linewidth=0.8,
-                marker=marker,
-                label=f"thesis, {method}, {segments} segments",
-            )
-    savings.set_xlabel("cycle time [% of the least one]")
-    savings.set_ylabel("energy saving, Eq. 6.1 [%]")
+        savings.plot(*over_cycle_time(chosen, "saving_mean_percent"), **look)
+    _draw_published_savings(savings, "KRC polynomial")
     left, right = gaps.get_legend_handles_labels(), savings.get_legend_handles_labels()
     figure.legend(left[0] + right[0], left[1] + right[1], loc="outside lower center", ncols=3, fontsize=6.5)
     return Drawing(
@@ -54,6 +38,26 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
         f"Eq. 6.1, with the thesis's published figures in black, of its own trees. {_summary(rows)}.",
         "Lines with bands of the gap to the optimum over cycle time, one per method, above lines of the saving with "
         f"the thesis's. {_summary(rows)}. The numbers are in the tables of gaps.",
+    )
+
+
+def savings(results: Results, style: Style) -> Drawing:
+    """Saving over relaxation of every method, with the thesis's savings by Eq. 6.1."""
+    figure, ax = style.figure(0.7)
+    rows = [
+        row | {"method": f"{row['method']}_{row['krc_segments']}" if row["krc_segments"] else row["method"]}
+        for row in results.plan_table("table_6_1")
+    ]
+    for label, chosen, look in _lines(rows, style):
+        ax.plot(*over_cycle_time(chosen, "saving_percent"), **look | {"markersize": 4.5}, label=label)
+    _draw_published_savings(ax, "KRC", markersize=5)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=7)
+    return Drawing(
+        figure,
+        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: ours, "
+        "black: the thesis's savings recomputed by Eq. 6.1.",
+        "Lines of energy saving over cycle time for every method, ours in colour and the thesis's in black. The "
+        "numbers stand in Table 6.1.",
     )
 
 
@@ -106,15 +110,31 @@ def matching(rows: Rows | None, key: dict[str, str]) -> Rows:
     return [row for row in rows or [] if all(row.get(name) == value for name, value in key.items())]
 
 
+def _draw_published_savings(ax: Any, krc: str, **look: Any) -> None:
+    """The thesis's savings by Eq. 6.1 in black, the polynomial method called `krc`; names the axes."""
+    for method, key, marker in ((krc, "krc", "x"), ("predicted", "pred", "+")):
+        for segments, dash in (("4", ":"), ("6", "--")):
+            chosen = matching(published("table_6_1"), {"krc_segments": segments})
+            ax.plot(
+                *over_cycle_time(chosen, f"{key}_saving_percent_eq_6_1"),
+                color="black",
+                linestyle=dash,
+                linewidth=0.8,
+                marker=marker,
+                label=f"thesis, {method}, {segments} segments",
+                **look,
+            )
+    ax.set(xlabel="cycle time [% of the least one]", ylabel="energy saving, Eq. 6.1 [%]")
+
+
 def _bands(ax: Any, rows: Rows, style: Style) -> None:
     for label, chosen, look in _lines(rows, style):
-        at, mean = _columns(chosen, "gap_mean_percent")
-        low, high = (_columns(chosen, f"gap_{end}_percent")[1] for end in ("low", "high"))
+        at, mean = over_cycle_time(chosen, "gap_mean_percent")
+        low, high = (over_cycle_time(chosen, f"gap_{end}_percent")[1] for end in ("low", "high"))
         ax.fill_between(at, low, high, color=look["color"], alpha=0.2, linewidth=0)
         ax.plot(at, mean, label=label, **look)
     ax.set_yscale("symlog", linthresh=LINEAR_BELOW)
-    ax.set_ylim(bottom=0)
-    ax.set_ylabel("gap to the optimum [%]")
+    ax.set(ylim=(0, None), ylabel="gap to the optimum [%]")
 
 
 def _lines(rows: Rows, style: Style) -> list[tuple[str, Rows, dict[str, Any]]]:
@@ -122,13 +142,19 @@ def _lines(rows: Rows, style: Style) -> list[tuple[str, Rows, dict[str, Any]]]:
     methods = list(dict.fromkeys(row["method"] for row in rows))
     lines = []
     for place, (method, color) in enumerate(zip(methods, style.colors(len(methods)), strict=True)):
-        chosen = sorted(matching(rows, {"method": method}), key=lambda row: number(row["relaxation_percent"]))
+        chosen = by_cycle_time(matching(rows, {"method": method}))
         look = {"color": color, "marker": MARKERS[place % len(MARKERS)], "markersize": 4}
         lines.append((key_label(method), chosen, look))
     return lines
 
 
-def _columns(rows: Rows, column: str) -> tuple[list[float], list[float]]:
+def by_cycle_time(rows: Rows) -> Rows:
+    """Rows by rising cycle time."""
+    return sorted(rows, key=lambda row: number(row["relaxation_percent"]))
+
+
+def over_cycle_time(rows: Rows, column: str) -> tuple[list[float], list[float]]:
+    """Cycle times and figures of rows, to be drawn as a line."""
     return [number(row["relaxation_percent"]) for row in rows], [number(row[column]) for row in rows]
 
 

@@ -1,4 +1,4 @@
-"""Figures of plans: thesis Figures 6.2 and 6.3, savings, gaps to the optimum, sensitivity to the payload."""
+"""Figures of plans: thesis Figures 6.2 and 6.3, sensitivity to the payload."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.report.drawing import Drawing
-from reproduction.report.labels import METHODS, method_label
-from reproduction.report.results import Columns, Results, Rows, number, published
+from reproduction.report.gap_figures import MARKERS, by_cycle_time, matching, over_cycle_time
+from reproduction.report.labels import method_label
+from reproduction.report.results import Columns, Results, number
 from reproduction.report.tree_figures import example_tree
 from robojoule.arrays import Array
 from robojoule.errors import InputError
@@ -21,7 +22,6 @@ SLOWDOWN_RELAXATION = 121.0  # of Figure 6.2: enough time to slow some motions, 
 COMPARED = ("krc_polynomial", "predicted_three_segment")
 SAMPLE_RATE_HZ = 125.0
 SHORTEST_WAIT_S = 1e-3  # shorter ones are rounding of the plan
-MARKERS = "osD^vP*X<>hd"
 
 
 @dataclass(frozen=True)
@@ -179,54 +179,19 @@ def _power_curve(plan: Plan, paths: MotionPaths, motions: Columns) -> tuple[Arra
     return np.concatenate(parts), waits
 
 
-def savings(results: Results, style: Style) -> Drawing:
-    """Saving over cycle time of every method, with the thesis's savings by Eq. 6.1."""
-    figure, ax = style.figure(0.7)
-    rows = _table(results)
-    for label, percents, values, look in _lines(rows, "saving_percent", style):
-        ax.plot(percents, values, **look, label=label)
-    for method, column, marker in (("KRC", "krc", "x"), ("predicted", "pred", "+")):
-        for segments, dash in (("4", ":"), ("6", "--")):
-            chosen = [row for row in published("table_6_1") if row["krc_segments"] == segments]
-            ax.plot(
-                [number(row["relaxation_percent"]) for row in chosen],
-                [number(row[f"{column}_saving_percent_eq_6_1"]) for row in chosen],
-                color="black",
-                linestyle=dash,
-                linewidth=0.8,
-                marker=marker,
-                markersize=5,
-                label=f"thesis, {method}, {segments} segments",
-            )
-    ax.set_xlabel("cycle time [% of the least one]")
-    ax.set_ylabel("energy saving, Eq. 6.1 [%]")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=7)
-    return Drawing(
-        figure,
-        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: "
-        "robojoule, black: the thesis's savings recomputed by Eq. 6.1.",
-        "Lines of energy saving over cycle time for every method, robojoule's in colour and the thesis's in black. The "
-        "numbers are in Table 6.1.",
-    )
-
-
 def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
     """Mean power at full speed and saving of the optimum with other payloads; None if they were not asked for."""
-    rows = [row for row in results.table("payload_sensitivity") or [] if row["method"] == "optimum"]
+    rows = matching(results.table("payload_sensitivity"), {"method": "optimum"})
     if not rows:
         return None
     payloads = sorted({number(row["payload_kg"]) for row in rows})
     figure, (power, saving) = style.figure(0.5, 1, 2, width_ratios=(1, 2))
     powers, texts = [], []
     for place, (payload, color) in enumerate(zip(payloads, style.colors(len(payloads)), strict=True)):
-        here = sorted(
-            (row for row in rows if number(row["payload_kg"]) == payload),
-            key=lambda row: number(row["relaxation_percent"]),
-        )
+        here = by_cycle_time([row for row in rows if number(row["payload_kg"]) == payload])
         powers.append(number(here[0]["mean_power_full_speed_w"]))
         power.bar(place, powers[-1], color=color)
-        percents = [number(row["relaxation_percent"]) for row in here]
-        savings_percent = [number(row["saving_percent"]) for row in here]
+        percents, savings_percent = over_cycle_time(here, "saving_percent")
         saving.plot(
             percents,
             savings_percent,
@@ -240,11 +205,9 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
             f"{savings_percent[-1]:.1f} % at {percents[-1]:g} %"
         )
     power.set_xticks(range(len(payloads)), [f"{payload:g}" for payload in payloads])
-    power.set_xlabel("payload [kg]")
-    power.set_ylabel("mean power at full speed [W]")
+    power.set(xlabel="payload [kg]", ylabel="mean power at full speed [W]")
     power.grid(axis="x", visible=False)
-    saving.set_xlabel("cycle time [% of the least one]")
-    saving.set_ylabel("saving of the optimum, Eq. 6.1 [%]")
+    saving.set(xlabel="cycle time [% of the least one]", ylabel="saving of the optimum, Eq. 6.1 [%]")
     saving.legend(title="payload")
     summary = "; ".join(texts)
     return Drawing(
@@ -253,36 +216,3 @@ def payload_sensitivity(results: Results, style: Style) -> Drawing | None:
         f"payloads. {summary}.",
         f"Bars of power over payload, and lines of energy saving over cycle time, one per payload. {summary}.",
     )
-
-
-def _table(results: Results) -> Rows:
-    rows = results.table("table_6_1")
-    if not rows:
-        path = results.layout.tables_dir / "table_6_1.csv"
-        raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
-    return rows
-
-
-def _lines(rows: Rows, column: str, style: Style) -> list[tuple[str, list[float], list[float], dict[str, Any]]]:
-    """Lines of a plot, one per method and number of chords, in the order of `METHODS`: label, x, y, look."""
-    order = list(METHODS)
-    keys = sorted(
-        {(row["method"], row.get("krc_segments") or "") for row in rows},
-        key=lambda key: (order.index(key[0]) if key[0] in order else len(order), key),
-    )
-    lines = []
-    for place, (key, color) in enumerate(zip(keys, style.colors(len(keys)), strict=True)):
-        chosen = sorted(
-            (row for row in rows if (row["method"], row.get("krc_segments") or "") == key),
-            key=lambda row: number(row["relaxation_percent"]),
-        )
-        look = {"color": color, "marker": MARKERS[place % len(MARKERS)], "markersize": 4.5}
-        lines.append(
-            (
-                method_label(*key),
-                [number(row["relaxation_percent"]) for row in chosen],
-                [number(row[column]) for row in chosen],
-                look,
-            )
-        )
-    return lines

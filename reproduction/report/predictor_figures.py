@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segment_profile
+from reproduction.methods.three_segment_profile import three_segment_profile
 from reproduction.predictors.evaluation import outliers
 from reproduction.report.drawing import Drawing, spread
 from reproduction.report.labels import MODELS, TARGETS
-from reproduction.report.results import Columns, Results
+from reproduction.report.results import Results
 from robojoule.plots.style import BLUE, OVER, RED, UNDER, Style
-from robojoule.profile.sampled import SampledProfile
 
 EXAMPLES = 6
 
 
-class ProfileSource(Protocol):
-    """Knows the simulated runs of motions, as `Results` does."""
-
-    def profile(self, motion_id: int) -> SampledProfile:
-        """Distinct runs of a motion."""
-        ...
-
-
-def predicted_against_simulated(predictions: Columns, target: str, style: Style) -> Drawing:
-    """Predicted over simulated values of one target, one plot per model.
+def predicted_against_simulated(
+    target: str, results: Results, style: Style, wanted: Sequence[str] = tuple(MODELS)
+) -> Drawing:
+    """Figures 5.1 to 5.3: predicted over simulated values of one target for held-out motions, one plot per model.
 
     Args:
-        predictions: Columns model, `target`, `target`_measured; N rows.
         target: energy_saving_j, optimal_duration_s or energy_penalty_j.
+        results: Results of the stages.
         style: Look.
+        wanted: Models.
     """
+    predictions = results.query(
+        f"SELECT model, {target}, {target}_measured FROM predictions WHERE split = 'test' AND list_contains(?, model)"
+        " ORDER BY model, motion_id",
+        list(wanted),
+    )
     models = sorted(set(predictions["model"].tolist()), key=lambda model: (list(MODELS).index(model), model))
     label, unit = TARGETS[target]
     figure, axes = style.figure(0.56 if len(models) > 1 else 0.7, 1, len(models), squeeze=False, sharey=True)
@@ -60,11 +60,7 @@ def predicted_against_simulated(predictions: Columns, target: str, style: Style)
                 label=f"{name} ({int(chosen.sum())})",
             )
         ax.plot([0, top], [0, top], color="black", linewidth=0.8)
-        ax.set_xlim(0, top)
-        ax.set_ylim(0, top)
-        ax.set_aspect("equal")
-        ax.set_title(MODELS[model])
-        ax.set_xlabel(f"simulated [{unit}]")
+        ax.set(xlim=(0, top), ylim=(0, top), aspect="equal", title=MODELS[model], xlabel=f"simulated [{unit}]")
         ax.legend(loc="upper left", markerscale=1.8, handletextpad=0.2)
         texts.append(
             f"{MODELS[model]}: {int(under.sum())} under- and {int(over.sum())} overpredicted of {int(rows.sum())}"
@@ -79,42 +75,27 @@ def predicted_against_simulated(predictions: Columns, target: str, style: Style)
     )
 
 
-def _held_out(target: str, results: Results, style: Style) -> Drawing:
-    rows = results.query(
-        f"SELECT model, {target}, {target}_measured FROM predictions WHERE split = 'test' ORDER BY model, motion_id"
-    )
-    return predicted_against_simulated(rows, target, style)
+predicted_saving = partial(predicted_against_simulated, "energy_saving_j")
+predicted_duration = partial(predicted_against_simulated, "optimal_duration_s")
+predicted_penalty = partial(predicted_against_simulated, "energy_penalty_j")
 
 
-predicted_saving = partial(_held_out, "energy_saving_j")
-predicted_duration = partial(_held_out, "optimal_duration_s")
-predicted_penalty = partial(_held_out, "energy_penalty_j")
+def predicted_profiles(results: Results, style: Style, model: str = "random_forest") -> Drawing:
+    """Figure 5.4: predicted three-segment profiles over simulated ones, both with their minimum at the offset.
 
-
-def predicted_profiles(results: Results, style: Style) -> Drawing:
-    """Figure 5.4: predicted three-segment profiles over simulated ones, both with their minimum at the offset."""
+    Some motions are shown, from the best to the worst predicted saving.
+    """
     rows = results.query(
         "SELECT motion_id, p.energy_saving_j, p.optimal_duration_s, p.energy_penalty_j, duration_fastest_s,"
         " duration_slowest_s FROM predictions AS p JOIN features USING (motion_id)"
-        " WHERE p.split = 'test' AND model = 'random_forest' AND duration_slowest_s > duration_fastest_s"
-        " ORDER BY abs(p.energy_saving_j - energy_saving_j_measured) / (energy_saving_j_measured + 1), motion_id"
+        " WHERE p.split = 'test' AND model = ? AND duration_slowest_s > duration_fastest_s"
+        " ORDER BY abs(p.energy_saving_j - energy_saving_j_measured) / (energy_saving_j_measured + 1), motion_id",
+        model,
     )
-    return overlapping_profiles(rows, results, style, results.shape)
-
-
-def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, shape: ThreeSegmentShape) -> Drawing:
-    """Draw some predicted profiles over their simulated ones, from the best to the worst predicted saving.
-
-    Args:
-        rows: Predicted and true figures of N motions, best prediction first.
-        profiles: Where the simulated runs come from.
-        style: Look.
-        shape: Constants of the three-segment profile.
-    """
     places = spread(len(rows["motion_id"]), EXAMPLES)
     figure, axes = style.figure(0.62, 2, 3, squeeze=False)
     for ax, place in zip(axes.flat, places, strict=False):
-        _draw_pair(ax, {name: values[place] for name, values in rows.items()}, profiles, shape)
+        _draw_pair(ax, {name: values[place] for name, values in rows.items()}, results)
     for ax in axes.flat[len(places) :]:
         ax.set_axis_off()
     if places:
@@ -123,26 +104,26 @@ def overlapping_profiles(rows: Columns, profiles: ProfileSource, style: Style, s
     figure.supylabel("energy less minimum, plus offset [J]", fontsize=9)
     return Drawing(
         figure,
-        f"Predicted three-segment profiles (random forest) and simulated runs of {len(places)} held-out motions, both "
-        f"moved to a minimum of {shape.offset_j:g} J; from the best predicted energy saving (top left) to the worst "
-        "(bottom right) in equal steps of rank.",
+        f"Predicted three-segment profiles ({MODELS[model]}) and simulated runs of {len(places)} held-out motions, both "
+        f"moved to a minimum of {results.shape.offset_j:g} J; from the best predicted energy saving (top left) to the "
+        "worst (bottom right) in equal steps of rank.",
         f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of simulated runs.",
     )
 
 
-def _draw_pair(ax: Any, row: dict[str, Any], profiles: ProfileSource, shape: ThreeSegmentShape) -> None:
-    simulated = profiles.profile(row["motion_id"])
+def _draw_pair(ax: Any, row: dict[str, Any], results: Results) -> None:
+    simulated = results.profile(row["motion_id"])
     predicted, _ = three_segment_profile(
         float(row["duration_fastest_s"]),
         float(row["optimal_duration_s"]),
         float(row["duration_slowest_s"]),
         float(row["energy_saving_j"]),
         float(row["energy_penalty_j"]),
-        shape,
+        results.shape,
     )
     ax.plot(
         simulated.durations_s,
-        simulated.energies_j - np.min(simulated.energies_j) + shape.offset_j,
+        simulated.energies_j - np.min(simulated.energies_j) + results.shape.offset_j,
         "o",
         color=RED,
         markersize=4,

@@ -236,5 +236,4 @@ def _draw_runs(ax: Any, results: Results, motion: int) -> None:
 
 
 def _name_axes(ax: Any) -> None:
-    ax.set_xlabel("duration [s]")
-    ax.set_ylabel("energy [J]")
+    ax.set(xlabel="duration [s]", ylabel="energy [J]")

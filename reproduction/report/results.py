@@ -9,8 +9,9 @@ from functools import cached_property
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,9 +23,7 @@ from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
 
-if TYPE_CHECKING:
-    import duckdb
-
+PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
 Columns = dict[str, NDArray[Any]]
 Rows = list[dict[str, str]]
 
@@ -50,21 +49,19 @@ class Results:
         layout: Folder of the project.
         robot: The robot that was simulated.
         shape: Constants of the three-segment profile.
+        views: Which tables there are already: those of `PARQUET`, if all stages have run.
     """
 
-    PARQUET = ("trees", "motions", "runs", "features", "predictions", "plans")
-
-    def __init__(self, layout: Layout, robot: Robot, shape: ThreeSegmentShape) -> None:
+    def __init__(self, layout: Layout, robot: Robot, shape: ThreeSegmentShape, views: Sequence[str] = PARQUET) -> None:
         self.layout = layout
         self.robot = robot
         self.shape = shape
+        self.views = views
 
     @cached_property
     def _connection(self) -> duckdb.DuckDBPyConnection:
-        import duckdb
-
         connection = duckdb.connect(config={"threads": 1})  # sums must not depend on the number of processors
-        for name in self.PARQUET:
+        for name in self.views:
             path = self.layout.data_dir / f"{name}.parquet"
             if not path.exists():
                 raise InputError("this result is missing; run the stages before draw_figures first", file=path)
@@ -79,7 +76,7 @@ class Results:
         return connection
 
     def query(self, sql: str, *parameters: Any) -> Columns:
-        """Result of a query on the views `trees`, `motions`, `runs`, `features`, `predictions`, `plans`.
+        """Result of a query on the views.
 
         Args:
             sql: Query; it orders its rows.
@@ -91,8 +88,6 @@ class Results:
         Raises:
             InputError: A file is missing, unreadable or lacks a column.
         """
-        import duckdb
-
         try:
             fetched = self._connection.execute(sql, list(parameters)).fetchnumpy()
         except duckdb.Error as error:
@@ -128,6 +123,18 @@ class Results:
     def table(self, name: str) -> Rows | None:
         """Rows of `<name>.csv` of the tables folder as text; None if no stage wrote it."""
         return _csv(self.layout.tables_dir / f"{name}.csv")
+
+    def plan_table(self, name: str) -> Rows:
+        """Rows of a table that the stage evaluate_plans writes.
+
+        Raises:
+            InputError: The table is missing or empty.
+        """
+        rows = self.table(name)
+        if not rows:
+            path = self.layout.tables_dir / f"{name}.csv"
+            raise InputError("the table is missing; run the stage evaluate_plans first", file=path)
+        return rows
 
     def study(self, name: str) -> Rows | None:
         """Rows of a result table of the studies as text; None if there is none."""

@@ -68,8 +68,7 @@ def optimization_graph(results: Results, style: Style) -> Drawing:
         if arc.cycle_shift:
             middle = ((tail[0] + head[0]) / 2 - 0.06, (tail[1] + head[1]) / 2)
             ax.text(*middle, "next cycle\nh = 1", ha="right", va="center", color=RED, fontsize=8)
-    ax.set_xlim(-0.75, per_row - 0.35)
-    ax.set_ylim(-0.4, 1.4)
+    ax.set(xlim=(-0.75, per_row - 0.35), ylim=(-0.4, 1.4))
     return Drawing(
         figure,
         f"Optimisation graph of {name}: {count} vertices with their least and longest duration and the idle power at "
@@ -135,8 +134,5 @@ def _equal_axes(ax: Any) -> None:
     limits = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
     limits[2, 0] = min(limits[2, 0], 0.0)
     ax.set_box_aspect(np.ptp(limits, axis=1))
-    for set_limits, (low, high) in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), limits, strict=True):
-        set_limits(low, high)
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.set_zlabel("z [m]")
+    for axis, (low, high) in zip("xyz", limits, strict=True):
+        ax.set(**{f"{axis}lim": (low, high), f"{axis}label": f"{axis} [m]"})

@@ -13,8 +13,9 @@ import numpy as np
 
 from reproduction.experiment.gaps import PlanEnergies, gap_rows
 from reproduction.methods.method import Method, Variant
+from reproduction.methods.on_source import OnSource
 from reproduction.study.cases import PlantBatch
-from reproduction.study.methods import OnSource, hull_profiles, three_segment_method
+from reproduction.study.methods import hull_profiles, three_segment_method
 from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.profile.parameters import profile_parameters

@@ -68,18 +68,11 @@ def generate_trees(
     ]
 
 
-def draw_viscosity(plant: Plant, rng: np.random.Generator, trees: int) -> Array:
-    """Hidden states of trees: factors on viscous friction, shape (T,). [-]"""
-    return np.exp(plant.params.temperature_spread * rng.standard_normal(trees))
-
-
 def observe(
     batch: PlantBatch,
     speed_limits: ArrayLike,
     rng: np.random.Generator,
-    *,
     first_tree: int = 0,
-    runs_per_motion: int | None = None,
 ) -> ObservedRuns:
     """Observed runs and idle powers of all motions, with noise.
 
@@ -88,8 +81,6 @@ def observe(
         speed_limits: Speed limits of the runs, shape (S,), fractions.
         rng: Source of the noise.
         first_tree: Number of the first tree: trees of one fit need numbers of their own.
-        runs_per_motion: Runs kept of each motion, spread over the speed limits and shifted from motion to motion;
-            all if not given.
     """
     limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), (batch.paths.motions, np.size(speed_limits)))
     noise = batch.plant.params.noise
@@ -97,5 +88,4 @@ def observe(
     energy = runs.energy_j * (1.0 + noise * rng.standard_normal(runs.energy_j.shape))
     idle = np.stack([batch.idle_prior_w, batch.idle_post_w], axis=1)
     idle = idle * (1.0 + noise * rng.standard_normal(idle.shape))
-    observed = ObservedRuns(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)
-    return observed if runs_per_motion is None else observed.thinned(runs_per_motion)
+    return ObservedRuns(batch.nominal_paths, limits.copy(), energy, idle, batch.tree_of_motion + first_tree)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reproduction.profile_predictor.fit import fit_profile_predictor
-from reproduction.study.cases import PlantBatch, observe
+from reproduction.study.cases import PlantBatch
 from reproduction.study.config import StudyParams
 from reproduction.study.plant import draw_plant
-from reproduction.study.regimes import plant_batch, robot_with_payload, speed_limits, streams
+from reproduction.study.regimes import Case, robot_with_payload, speed_limits, streams
 from reproduction.study.summary import parameter_rows
 from reproduction.study.three_numbers import MODELS, fit_model, motion_features
 from reproduction.tables import Row
@@ -47,14 +47,15 @@ class Comparison:
 def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comparison:
     """Cross-validate every model on the same trees and noise."""
     settings, motions = params.compare_predictors, params.motions
-    seeds, limits = streams(motions.seed, 5), speed_limits(motions)
+    limits = speed_limits(motions)
     robot = robot_with_payload(settings.robot, settings.payload_kg, motions)
     plant = draw_plant(robot, streams(motions.seed)["plant"], params.plant)
-    batch = plant_batch(robot, plant, settings.trees, motions, seeds["training_trees"], seeds["training_state"])
-    observed = observe(batch, limits, np.random.default_rng(seeds["noise"]))
+    case = Case(robot, plant, motions, streams(motions.seed, 5))
+    batch = case.batch("training", settings.trees)
+    observed = case.observed(batch)
     runs = batch.paths.simulate(limits)
     truth = profile_parameters(runs.duration_s, runs.energy_j)
-    order = np.random.default_rng(seeds["choice"]).permutation(settings.trees)
+    order = np.random.default_rng(case.seeds["choice"]).permutation(settings.trees)
     fold_of_tree = np.empty(settings.trees, dtype=np.intp)
     fold_of_tree[order] = np.arange(settings.trees) % settings.outer_folds
     fold = fold_of_tree[batch.tree_of_motion]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from reproduction.config import ForestParams, Percent
+from reproduction.config import Budget, ForestParams, SpeedLimits
 from reproduction.study.plant import PlantParams
 from robojoule.documents import Document, load
 
@@ -22,8 +21,8 @@ class StudyMotionsParams(Document):
     seed: int = Field(ge=0)
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass of payloads in the tool frame. [m]")
     points: int = Field(ge=1, le=20, description="Random points per tree.")
-    budget_rad: tuple[float, float] = Field(description="Smallest and largest budget of joint changes. [rad]")
-    speed_limits_percent: list[Percent] = Field(min_length=5, description="Speed limits of observed runs.")
+    budget_rad: Budget = Field(description="Smallest and largest budget of joint changes. [rad]")
+    speed_limits_percent: SpeedLimits = Field(description="Speed limits of observed runs.")
     runs_per_motion: int = Field(
         ge=2, description="Observed runs of each motion that the physics-informed model reads."
     )
@@ -33,15 +32,6 @@ class StudyMotionsParams(Document):
     relaxations_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(
         min_length=1, description="Cycle times as shares of the least one. [%]"
     )
-
-    @model_validator(mode="after")
-    def _rising(self) -> StudyMotionsParams:
-        limits = self.speed_limits_percent
-        if any(b <= a for a, b in pairwise(limits)) or limits[-1] != 100:
-            raise ValueError("motions.speed_limits_percent must rise strictly and end at 100")
-        if not 0 < self.budget_rad[0] <= self.budget_rad[1]:
-            raise ValueError("motions.budget_rad must be two positive numbers in rising order")
-        return self
 
 
 class ComparePredictorsParams(Document):

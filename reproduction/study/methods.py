@@ -9,7 +9,7 @@ from reproduction.experiment.gaps import PlanEnergies
 from reproduction.experiment.outcomes import cycle_times_s, simulate_plans
 from reproduction.methods.greedy import Greedy
 from reproduction.methods.krc_polynomial import KrcPolynomial
-from reproduction.methods.method import Method, MethodPlans, Variant
+from reproduction.methods.method import Method
 from reproduction.methods.optimum import Optimum
 from reproduction.methods.predicted_three_segment import PredictedThreeSegment
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
@@ -18,33 +18,12 @@ from reproduction.methods.unoptimized import Unoptimized
 from reproduction.study.cases import PlantBatch
 from robojoule.arrays import Array
 from robojoule.motion.simulation import MotionPaths
-from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
-from robojoule.planning.source_plans import plan_on_source
 from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.sampled import sampled_profiles
-from robojoule.profile.source import ProfileSource
 
 GREEDY_SPEED_LIMITS = 10
-
-
-@dataclass(frozen=True, eq=False)
-class OnSource:
-    """A method that is nothing but a source of profiles.
-
-    Attributes:
-        variant: Its name.
-        profiles: Profiles of the M motions.
-    """
-
-    variant: Variant
-    profiles: ProfileSource
-
-    def plan(self, batch: TreeBatch, cycle_times_s: Array) -> MethodPlans:
-        """Plan every tree; see `Method.plan`."""
-        found = plan_on_source(self.profiles, batch, cycle_times_s)
-        return MethodPlans(found.plans, costs=found.costs)
 
 
 @dataclass(frozen=True, eq=False)

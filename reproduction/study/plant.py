@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from robojoule.arrays import Array
-from robojoule.calibration.inertial import draw_errors, robot_variant
+from robojoule.calibration.inertial import draw_errors
 from robojoule.documents import Document
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
 from robojoule.motion.simulation import MotionPaths
@@ -82,7 +82,7 @@ class Plant:
 
     def robot(self, nominal: Robot) -> Robot:
         """The plant with the payload of `nominal`."""
-        return robot_variant(nominal, self.drives, self.body_changes)
+        return nominal.variant(drives=self.drives, mechanism=nominal.mechanism.with_changes(self.body_changes))
 
 
 def draw_plant(nominal: Robot, seed: np.random.SeedSequence | int, params: PlantParams | None = None) -> Plant:
@@ -153,7 +153,7 @@ class PlantPaths(MotionPaths):
         for factor in factors.tolist():
             drives = replace(plant.drives, viscous_nm_s_per_rad=plant.drives.viscous_nm_s_per_rad * factor)
             warm = copy.copy(self)
-            warm.robot = robot_variant(robot, drives)
+            warm.robot = robot.variant(drives=drives)
             self._at_temperature.append(warm)
 
     def subset(self, rows: NDArray[np.intp] | slice) -> PlantPaths:

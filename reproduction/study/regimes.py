@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from reproduction.config import ForestParams
 from reproduction.experiment.gaps import PlanEnergies, gap_rows, win_rows
 from reproduction.methods.method import Method, Variant
+from reproduction.methods.on_source import OnSource
 from reproduction.predictors import estimators
 from reproduction.profile_predictor.fit import fit_profile_predictor
 from reproduction.study.ablations import ablation_methods, ablation_rows, main_methods
-from reproduction.study.cases import PlantBatch, draw_viscosity, generate_trees, observe
+from reproduction.study.cases import PlantBatch, generate_trees, observe
 from reproduction.study.config import StudyMotionsParams, StudyParams
 from reproduction.study.methods import (
-    OnSource,
     evaluate_plans,
     hull_profiles,
     polynomial_method,
@@ -68,17 +69,42 @@ def streams(seed: int, *key: int) -> dict[str, np.random.SeedSequence]:
     return dict(zip(STREAMS, np.random.SeedSequence([seed, *key]).spawn(len(STREAMS)), strict=True))
 
 
-def plant_batch(
-    robot: Robot,
-    plant: Plant,
-    trees: int,
-    motions: StudyMotionsParams,
-    tree_seed: np.random.SeedSequence,
-    state_seed: np.random.SeedSequence,
-) -> PlantBatch:
-    """Random trees on a plant, each with a hidden state of its own."""
-    found = generate_trees(robot, tree_seed, trees, motions)
-    return PlantBatch(robot, found, plant, draw_viscosity(plant, np.random.default_rng(state_seed), trees))
+@dataclass(frozen=True)
+class Case:
+    """A robot with one payload and the plant that it is in truth.
+
+    Attributes:
+        robot: Catalog entry with the payload.
+        plant: Its plant.
+        motions: Trees and runs of the study.
+        seeds: Streams of this case, see `streams`.
+    """
+
+    robot: Robot
+    plant: Plant
+    motions: StudyMotionsParams
+    seeds: dict[str, np.random.SeedSequence]
+
+    def batch(self, split: Literal["training", "test"], trees: int) -> PlantBatch:
+        """Random trees on the plant, each with a hidden state of its own."""
+        found = generate_trees(self.robot, self.seeds[f"{split}_trees"], trees, self.motions)
+        states = np.random.default_rng(self.seeds[f"{split}_state"]).standard_normal(trees)
+        return PlantBatch(self.robot, found, self.plant, np.exp(self.plant.params.temperature_spread * states))
+
+    def observed(self, batch: PlantBatch, first_tree: int = 0) -> ObservedRuns:
+        """Noisy runs of a batch at all speed limits; see `observe`."""
+        rng = np.random.default_rng(self.seeds["noise"])
+        return observe(batch, speed_limits(self.motions), rng, first_tree)
+
+
+def payload_cases(params: StudyParams, regime: int, payloads_kg: Sequence[float]) -> list[Case]:
+    """Cases of one robot and plant with several payloads, in the streams of a regime."""
+    name, motions = params.evaluate_motions.robot, params.motions
+    plant = draw_plant(robot_with_payload(name, 0.0, motions), streams(motions.seed)["plant"], params.plant)
+    return [
+        Case(robot_with_payload(name, payload, motions), plant, motions, streams(motions.seed, regime, place))
+        for place, payload in enumerate(payloads_kg)
+    ]
 
 
 def speed_limits(params: StudyMotionsParams) -> Array:
@@ -175,41 +201,45 @@ def physics_methods(
     return {name: OnSource(Variant(name), source) for name, source in sources.items()}
 
 
+def judged(
+    tables: RegimeTables,
+    batch: PlantBatch,
+    predictors: dict[str, ProfilePredictor],
+    methods: dict[str, Method],
+    motions: StudyMotionsParams,
+    regime: str,
+) -> PlanEnergies:
+    """Add what predictions and plans of a batch are worth; energies of all plans."""
+    key: Row = {"regime": regime, "robot": batch.robot.name, "payload_kg": batch.robot.payload.mass_kg}
+    prediction_rows(tables, batch, predictors, motions, key)
+    plans = evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits)
+    plan_rows(tables, main_methods(plans), key)
+    return plans
+
+
 def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     """Regime (a): trees never seen of a robot whose plant was observed; several payloads, all of them trained on."""
     settings, motions = params.evaluate_motions, params.motions
-    limits = speed_limits(motions)
+    cases = payload_cases(params, 1, settings.payloads_kg)
     tables, observed, learned, means = RegimeTables(), [], [], []
-    plants_seed = streams(motions.seed)["plant"]
-    plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), plants_seed, params.plant)
-    for place, payload in enumerate(settings.payloads_kg):
-        seeds = streams(motions.seed, 1, place)
-        robot = robot_with_payload(settings.robot, payload, motions)
-        batch = plant_batch(
-            robot, plant, settings.training_trees, motions, seeds["training_trees"], seeds["training_state"]
-        )
-        full = observe(batch, limits, np.random.default_rng(seeds["noise"]), first_tree=10000 * place)
+    for place, case in enumerate(cases):
+        batch = case.batch("training", settings.training_trees)
+        full = case.observed(batch, first_tree=10000 * place)
         observed.append(full.thinned(motions.runs_per_motion))
         learned.append(_thesis_forest(batch, full, settings.random_forest))
         means.append(_observed_parameters(batch, full).mean(axis=0))
-    predictor = fit_profile_predictor(robot, observed)
-    progress(f"same robot: fitted, noise {predictor.calibration.noise:.4f}")
+    predictors = {"robojoule_predicted": fit_profile_predictor(cases[-1].robot, observed)}
+    progress(f"same robot: fitted, noise {predictors['robojoule_predicted'].calibration.noise:.4f}")
     plans = []
-    for place, payload in enumerate(settings.payloads_kg):
-        seeds = streams(motions.seed, 1, place)
-        robot = robot_with_payload(settings.robot, payload, motions)
-        batch = plant_batch(robot, plant, settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
-        key: Row = {"regime": "same_robot", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
-        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions, cautious=True)
-        methods |= {
+    for case, forest, mean in zip(cases, learned, means, strict=True):
+        batch = case.batch("test", settings.test_trees)
+        methods = physics_methods(batch, predictors, motions, cautious=True) | {
             "krc_polynomial_6": polynomial_method(batch, 6),
-            "predicted_three_segment": three_segment_method(learned[place](batch)),
+            "predicted_three_segment": three_segment_method(forest(batch)),
+            **ablation_methods(batch, mean, motions.dense_speed_limits),
         }
-        methods |= ablation_methods(batch, means[place], motions.dense_speed_limits)
-        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
-        plan_rows(tables, main_methods(plans[-1]), key)
-        progress(f"same robot: {payload:g} kg planned")
+        plans.append(judged(tables, batch, predictors, methods, motions, "same_robot"))
+        progress(f"same robot: {case.robot.payload.mass_kg:g} kg planned")
     together: Row = {"regime": "same_robot", "robot": settings.robot, "payload_kg": "all"}
     whole = joined(plans)
     tables.ablations = ablation_rows(whole)
@@ -234,30 +264,20 @@ def _observed_parameters(batch: PlantBatch, observed: ObservedRuns) -> Array:
 
 def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
     """Regime (b): every payload once left out of training."""
-    settings, motions = params.evaluate_motions, params.motions
-    limits, tables = speed_limits(motions), RegimeTables()
-    plant = draw_plant(robot_with_payload(settings.robot, 0.0, motions), streams(motions.seed)["plant"], params.plant)
-    payloads = settings.unseen_payloads_kg
-    robots = [robot_with_payload(settings.robot, payload, motions) for payload in payloads]
-    observed = []
-    for place, robot in enumerate(robots):
-        seeds = streams(motions.seed, 2, place)
-        batch = plant_batch(
-            robot, plant, settings.unseen_training_trees, motions, seeds["training_trees"], seeds["training_state"]
-        )
-        rng = np.random.default_rng(seeds["noise"])
-        observed.append(observe(batch, limits, rng, first_tree=10000 * place, runs_per_motion=motions.runs_per_motion))
+    settings, motions, tables = params.evaluate_motions, params.motions, RegimeTables()
+    cases = payload_cases(params, 2, settings.unseen_payloads_kg)
+    observed = [
+        case.observed(case.batch("training", settings.unseen_training_trees), first_tree=10000 * place)
+        for place, case in enumerate(cases)
+    ]
     plans = []
-    for place, (robot, payload) in enumerate(zip(robots, payloads, strict=True)):
-        seeds = streams(motions.seed, 2, place)
-        predictor = fit_profile_predictor(robot, [m for other, m in enumerate(observed) if other != place])
-        batch = plant_batch(robot, plant, settings.unseen_test_trees, motions, seeds["test_trees"], seeds["test_state"])
-        key: Row = {"regime": "unseen_payload", "robot": robot.name, "payload_kg": payload}
-        prediction_rows(tables, batch, {"robojoule_predicted": predictor}, motions, key)
-        methods = physics_methods(batch, {"robojoule_predicted": predictor}, motions)
-        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
-        plan_rows(tables, plans[-1], key)
-        progress(f"unseen payload: {payload:g} kg left out and planned")
+    for left_out, case in enumerate(cases):
+        used = [runs.thinned(motions.runs_per_motion) for place, runs in enumerate(observed) if place != left_out]
+        predictors = {"robojoule_predicted": fit_profile_predictor(case.robot, used)}
+        batch = case.batch("test", settings.unseen_test_trees)
+        methods = physics_methods(batch, predictors, motions)
+        plans.append(judged(tables, batch, predictors, methods, motions, "unseen_payload"))
+        progress(f"unseen payload: {case.robot.payload.mass_kg:g} kg left out and planned")
     together: Row = {"regime": "unseen_payload", "robot": settings.robot, "payload_kg": "all"}
     tables.gaps.extend(gap_rows(joined(plans), together))
     return tables
@@ -265,40 +285,23 @@ def unseen_payload(params: StudyParams, progress: Progress) -> RegimeTables:
 
 def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] | None = None) -> RegimeTables:
     """Regime (c): every robot of the catalog once left out, then a few of its motions observed."""
-    settings, motions = params.evaluate_robots, params.motions
-    limits, tables = speed_limits(motions), RegimeTables()
-    names = list(names or list_robots())
+    settings, motions, tables = params.evaluate_robots, params.motions, RegimeTables()
     known: dict[str, tuple[ParameterVector, Calibration]] = {}
-    robots: dict[str, Robot] = {}
-    plants: dict[str, Plant] = {}
-    plant_seed = streams(motions.seed)["plant"]
-    for place, name in enumerate(names):
-        robots[name] = robot = _rated(name, settings.payload_share, motions)
-        plants[name] = plant = draw_plant(robot, plant_seed, params.plant)
-        seeds = streams(motions.seed, 3, place)
-        batch = plant_batch(
-            robot, plant, settings.training_trees, motions, seeds["training_trees"], seeds["training_state"]
-        )
-        rng = np.random.default_rng(seeds["noise"])
-        predictor = fit_profile_predictor(
-            robot, [observe(batch, limits, rng, runs_per_motion=motions.runs_per_motion)], residual=False
-        )
+    cases = []
+    for place, name in enumerate(names or list_robots()):
+        robot = _rated(name, settings.payload_share, motions)
+        plant = draw_plant(robot, streams(motions.seed)["plant"], params.plant)
+        case = Case(robot, plant, motions, streams(motions.seed, 3, place))
+        full = case.observed(case.batch("training", settings.training_trees))
+        predictor = fit_profile_predictor(robot, [full.thinned(motions.runs_per_motion)], residual=False)
         known[name] = (run_parameters(robot.drives, predictor.directions), predictor.calibration)
+        cases.append(replace(case, seeds=streams(motions.seed, 4, place)))
         progress(f"unseen robot: {name} observed")
-    plans, groups, errors = [], [], RegimeTables()
-    for place, name in enumerate(names):
-        robot, seeds = robots[name], streams(motions.seed, 4, place)
-        prior = transferred_prior(known[name][0], [known[other] for other in names if other != name])
-        largest = max(settings.measured_motions)
-        budget = plant_batch(
-            robot,
-            plants[name],
-            max(-(-largest // motions.points), 1),
-            motions,
-            seeds["training_trees"],
-            seeds["training_state"],
-        )
-        full = observe(budget, limits, np.random.default_rng(seeds["noise"]), runs_per_motion=motions.runs_per_motion)
+    plans = []
+    for (name, (vector, _)), case in zip(known.items(), cases, strict=True):
+        prior = transferred_prior(vector, [known[other] for other in known if other != name])
+        budget = max(-(-max(settings.measured_motions) // motions.points), 1)
+        full = case.observed(case.batch("training", budget)).thinned(motions.runs_per_motion)
         outward = np.arange(len(full.tree)) % (2 * motions.points) < motions.points  # the way back is the same line
         chosen = np.flatnonzero(outward)
         predictors = {}
@@ -306,18 +309,13 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
             rows = np.zeros(len(full.tree), dtype=bool)
             rows[chosen[:count]] = True
             used = [full.only(rows)] if count else []
-            predictors[f"robojoule_predicted_{count}"] = fit_profile_predictor(robot, used, prior, residual=False)
-        batch = plant_batch(robot, plants[name], settings.test_trees, motions, seeds["test_trees"], seeds["test_state"])
-        key: Row = {"regime": "unseen_robot", "robot": name, "payload_kg": robot.payload.mass_kg}
-        prediction_rows(errors, batch, predictors, motions, key)
+            predictors[f"robojoule_predicted_{count}"] = fit_profile_predictor(case.robot, used, prior, residual=False)
+        batch = case.batch("test", settings.test_trees)
         methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
-        plans.append(evaluate_plans(batch, methods, motions.relaxations_percent, motions.dense_speed_limits))
-        groups += [place] * settings.test_trees
-        plan_rows(tables, plans[-1], key)
+        plans.append(judged(tables, batch, predictors, methods, motions, "unseen_robot"))
         progress(f"unseen robot: {name} left out and planned")
-    tables.errors, tables.coverage = errors.errors, errors.coverage
     together: Row = {"regime": "unseen_robot", "robot": "all", "payload_kg": "rated share"}
-    whole = joined(plans)
+    whole, groups = joined(plans), np.repeat(np.arange(len(cases)), settings.test_trees)
     tables.gaps = gap_rows(whole, together, groups) + tables.gaps
     tables.wins = win_rows(whole, together)
     return tables

@@ -15,7 +15,7 @@ from reproduction.config import Params
 from reproduction.layout import Layout
 from reproduction.predictors.comparison import Metrics
 from reproduction.predictors.estimators import MODELS
-from reproduction.predictors.gate import passes_gate
+from reproduction.predictors.evaluation import passes_gate
 from reproduction.predictors.training import MEASURED
 from reproduction.profile_predictor.training import MODEL
 from reproduction.tables import columns

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 from reproduction.layout import Layout
+from reproduction.study.comparison import Comparison
+from reproduction.study.config import StudyParams
 from reproduction.tracking.store import connect, git_commit
-
-if TYPE_CHECKING:
-    from reproduction.study.comparison import Comparison
-    from reproduction.study.config import StudyParams
 
 EXPERIMENT = "robojoule-study"
 

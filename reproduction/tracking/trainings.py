@@ -11,14 +11,17 @@ import pyarrow as pa
 
 from reproduction.config import Params
 from reproduction.layout import Layout
+from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.predictors.comparison import Comparison
 from reproduction.predictors.evaluation import beats_mean
 from reproduction.predictors.training import MEASURED, Training
+from reproduction.report.predictor_figures import predicted_against_simulated, predicted_profiles
+from reproduction.report.results import Results
 from reproduction.tables import columns
-from reproduction.tracking.figures import figures
 from reproduction.tracking.profile_predictor import record_profile_predictor
 from reproduction.tracking.store import EXPERIMENT, connect, figures_of, tags
 from robojoule.errors import RobojouleError
+from robojoule.plots.style import Style
 from robojoule.profile.parameters import TARGETS
 
 EXAMPLE_ROWS = 3
@@ -69,8 +72,11 @@ def _record(mlflow: Any, params: Params, layout: Layout, training: Training, fou
         mlflow.log_metrics(figures_of(model, found.metrics) | {"fit_s": training.fit_s})
         for table in ("table_5_1", "suitability"):
             mlflow.log_artifact(str(layout.tables_dir / f"{table}.csv"), "tables")
-        for name, figure in figures(layout.runs, model, found.predictions, found.features):
-            mlflow.log_figure(figure, f"figures/{name}.png")
+        results = Results(layout, params.robot.robot(), ThreeSegmentShape(), ("runs", "features", "predictions"))
+        with Style().applied():
+            drawn = [predicted_against_simulated(target, results, Style(), [model]) for target in TARGETS]
+            for place, drawing in enumerate([*drawn, predicted_profiles(results, Style(), model)], start=1):
+                mlflow.log_figure(drawing.figure, f"figures/figure_5_{place}.png")
         logged = mlflow.sklearn.log_model(
             estimator,
             name=model,

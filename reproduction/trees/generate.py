@@ -7,17 +7,14 @@ motion also exists in reverse. Each point is drawn from the one before it: Algor
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
-
-if TYPE_CHECKING:
-    from robojoule.robots.collision import CollisionModel
-    from robojoule.robots.robot import Robot
+from robojoule.robots.collision import CollisionModel
+from robojoule.robots.robot import Robot
 
 MOST_DRAWS = 5000
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.robots.drives import DriveParameters
 from robojoule.robots.recursion import path_regressors
 from robojoule.robots.rigid_body import BODY_PARAMETERS, RigidBody
 from robojoule.robots.robot import Robot
@@ -99,15 +98,3 @@ def inertial_directions(robot: Robot, count: int, spread: float) -> Array:
     directions = root @ kept.T
     largest = np.abs(directions).argmax(axis=0)
     return np.asarray(directions * np.sign(directions[largest, np.arange(directions.shape[1])]))
-
-
-def robot_variant(robot: Robot, drives: DriveParameters, body_changes: Array | None = None) -> Robot:
-    """The robot with other drives and changed bodies, everything else shared.
-
-    Args:
-        robot: Robot with its payload.
-        drives: Its drives.
-        body_changes: Changes of the bodies' dynamic parameters, shape (10 n,); none if not given.
-    """
-    mechanism = robot.mechanism if body_changes is None else robot.mechanism.with_changes(body_changes)
-    return robot.variant(drives=drives, mechanism=mechanism)

@@ -54,8 +54,6 @@ class Solution:
         inertia_error: How far wrong inertias may have moved them, shape (P,); see `_inertia_error`.
         free: Which parameters were estimated, shape (P,).
         confounded: For each entry kept, the entries that it cannot be told from (empty: nothing excites it).
-        iterations: Gauss-Newton steps of the last fit.
-        evaluation: The model at the solution.
     """
 
     x: Array
@@ -63,8 +61,6 @@ class Solution:
     inertia_error: Array
     free: Mask
     confounded: dict[int, tuple[int, ...]]
-    iterations: int
-    evaluation: Evaluation
 
 
 class Problem:
@@ -158,12 +154,10 @@ def _step(vector: ParameterVector, rows: Residuals, x: Array, free: Mask) -> Arr
     return result
 
 
-def _fit(problem: Problem, x: Array, free: Mask) -> tuple[Array, Evaluation, list[float], int]:
+def _fit(problem: Problem, x: Array, free: Mask) -> tuple[Array, Evaluation, list[float]]:
     """Iterate to the optimum for given free parameters."""
     evaluation = problem.evaluate(x)
-    iterations = 0
-    while iterations < MOST_STEPS:
-        iterations += 1
+    for _ in range(MOST_STEPS):
         parts = problem.raw(evaluation)
         scales = _scales(parts)
         rows = _whiten(parts, scales)
@@ -180,7 +174,7 @@ def _fit(problem: Problem, x: Array, free: Mask) -> tuple[Array, Evaluation, lis
         x = trial
         if change.max() < STEP_TOLERANCE or before - after < COST_TOLERANCE * before:
             break
-    return x, evaluation, _scales(problem.raw(evaluation)), iterations
+    return x, evaluation, _scales(problem.raw(evaluation))
 
 
 def _covariance(vector: ParameterVector, rows: Residuals, free: Mask) -> tuple[Array, Array, Array, float]:
@@ -219,7 +213,7 @@ def solve(vector: ParameterVector, signals: Signals) -> Solution:
     evaluation = problem.evaluate(x)
     _drop_unexcited(vector, problem.raw(evaluation), free, confounded)
     while True:
-        x, evaluation, scales, iterations = _fit(problem, x, free)
+        x, evaluation, scales = _fit(problem, x, free)
         rows = _whiten(problem.raw(evaluation), scales)
         vectors, deviation, norms, inflation = _covariance(vector, rows, free)
         worst = int(np.argmax(deviation))
@@ -238,7 +232,7 @@ def solve(vector: ParameterVector, signals: Signals) -> Solution:
     error = np.full(len(x), np.nan)
     error[free] = np.sqrt(((vectors * deviation[:, None]) ** 2).sum(axis=0)) * inflation * vector.scale[free]
     moved = _inertia_error(problem, x, free, scales)
-    return Solution(x, error, moved, free, confounded, iterations, evaluation)
+    return Solution(x, error, moved, free, confounded)
 
 
 def _inertia_error(problem: Problem, x: Array, free: Mask, scales: list[float]) -> Array:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -22,11 +20,9 @@ from robojoule.programs.operation_tree import (
     WaitOperation,
 )
 from robojoule.programs.program import Program, check_tree
+from robojoule.robots.robot import Robot
 
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
-
-SCHEMA_FILE = "operation-tree.schema.json"
+SCHEMA_FILE = Path(__file__).with_name("operation-tree.schema.json")
 _MODELS: dict[str, type[BaseModel]] = {
     "compound": CompoundOperation,
     "move": MoveOperation,
@@ -131,16 +127,9 @@ def operation_tree_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
-def published_schema() -> dict[str, Any]:
-    """The JSON Schema as it is shipped with the package."""
-    text = resources.files("robojoule.formats").joinpath(SCHEMA_FILE).read_text(encoding="utf-8")
-    schema: dict[str, Any] = json.loads(text)
-    return schema
-
-
-def write_schema(path: str | Path | None = None) -> None:
-    """Write the JSON Schema; by default to the file shipped with the package."""
-    write_document(path if path is not None else Path(__file__).with_name(SCHEMA_FILE), operation_tree_schema())
+def write_schema() -> None:
+    """Write the JSON Schema that is shipped with the package anew."""
+    write_document(SCHEMA_FILE, operation_tree_schema())
 
 
 def _explain(error: ValidationError, data: Any, source: str | Path) -> InputError:

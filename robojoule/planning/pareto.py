@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from robojoule.arrays import Array
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.costs import VertexCosts, check_costs
+from robojoule.planning.costs import VertexCosts, check_costs, joined_costs
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
@@ -229,11 +229,10 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
     result = []
     for tree, rows in enumerate(batch.rows):
         pairs = [profiles.enclosure(motion) for motion in range(rows.start, rows.stop)]
-        prior, post = batch.idle_prior_w[rows].tolist(), batch.idle_post_w[rows].tolist()
         curve, bound = (
             pareto_curve(
                 batch.graphs[tree],
-                [VertexCosts(profile, n, w) for profile, n, w in zip(side, prior, post, strict=True)],
+                joined_costs(side, batch.idle_prior_w[rows], batch.idle_post_w[rows]),
                 fixed_energy_j=process_energy_j(batch.trees[tree]),
             )
             for side in ([pair.above for pair in pairs], [pair.below for pair in pairs])

@@ -19,7 +19,7 @@ class Schedule:
     """Durations and waits of one cycle, in the order of the graph's vertices; immutable.
 
     Attributes:
-        status: "optimal" (proven), "feasible" (stopped by time), or "rule" (made by a rule, without proof).
+        status: "optimal" (proven), or "rule" (made by a rule, without proof).
         cycle_time_s: Cycle time. [s]
         durations_s: Duration of each movement, shape (V,). [s]
         prior_waits_s: Wait before each movement, shape (V,). [s]
@@ -28,7 +28,6 @@ class Schedule:
         starts_s: Start of each movement, shape (V,). [s]
         energy_j: Energy of the cycle as the method sees it; NaN if it does not know. [J]
         bound_j: Proven lower bound of `energy_j`; NaN without proof. [J]
-        runtime_s: Time the method took. [s]
     """
 
     status: str
@@ -40,7 +39,6 @@ class Schedule:
     starts_s: Array
     energy_j: float = float("nan")
     bound_j: float = float("nan")
-    runtime_s: float = 0.0
 
     def __post_init__(self) -> None:
         for field in ("durations_s", "prior_waits_s", "post_waits_s", "collision_waits_s", "starts_s"):

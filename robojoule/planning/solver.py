@@ -7,7 +7,6 @@ takes about 10 ms, the first solution 50 ms, each further cycle time 2 ms (40 co
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -57,19 +56,17 @@ class PlanSolver:
         self._relative_gap = relative_gap
         self._solver = _new_solver(relative_gap)
 
-    def solve(self, cycle_time_s: float, *, time_limit_s: float | None = None) -> Schedule:
+    def solve(self, cycle_time_s: float) -> Schedule:
         """Plan for a cycle time.
 
         Args:
             cycle_time_s: Cycle time. [s]
-            time_limit_s: Stop after this time with the best plan so far. [s]
 
         Raises:
             CycleTimeTooShort: The fastest cycle does not fit.
             PlanningError: No plan found.
         """
         check_cycle_time(self.graph, self._least_s, cycle_time_s)
-        started = time.perf_counter()
         cycle_time_s = max(cycle_time_s, self.graph.least_cycle_s(self._least_s))
         if self._model is None:
             self._model = build_model(self.graph, self.costs, cycle_time_s, preference_w=self._preference_w)
@@ -77,7 +74,7 @@ class PlanSolver:
         model.w.set_value(cycle_time_s)
         case = f"{len(self.graph.vertices)} vertices, {len(self.graph.robots)} robots, cycle time {cycle_time_s:.6g} s"
         try:
-            results = self._run(model, time_limit_s)
+            results = self._run(model)
             condition = results.termination_condition
             if results.incumbent_objective is not None:
                 results.solution_loader.load_vars()
@@ -85,34 +82,27 @@ class PlanSolver:
             raise PlanningError(f"HiGHS failed on {case}: {error}") from error
         if results.incumbent_objective is None:
             raise PlanningError(f"HiGHS found no plan for {case} ({condition.name})")
-        proven = condition == _CONVERGED
-        if not proven and condition != TerminationCondition.maxTimeLimit:
+        if condition != _CONVERGED:
             raise PlanningError(f"HiGHS did not finish {case} ({condition.name})")
         bound = float(results.objective_bound) if results.objective_bound is not None else float("nan")
-        status = "optimal" if proven else "feasible"
-        return self._plan(model, cycle_time_s, status, bound, time.perf_counter() - started)
+        return self._plan(model, cycle_time_s, bound)
 
-    def _run(self, model: pyo.ConcreteModel, time_limit_s: float | None) -> Any:
+    def _run(self, model: pyo.ConcreteModel) -> Any:
         """Solve from the last basis; where rounding spoils that (optimal, yet not feasible), solve anew."""
-        self._solver.config.time_limit = time_limit_s
         results = self._solver.solve(model)
         if results.incumbent_objective is None and results.termination_condition == _CONVERGED:
             self._solver = _new_solver(self._relative_gap)
-            self._solver.config.time_limit = time_limit_s
             results = self._solver.solve(model)
         return results
 
-    def _plan(
-        self, model: pyo.ConcreteModel, cycle_time_s: float, status: str, bound_j: float, runtime_s: float
-    ) -> Schedule:
-
+    def _plan(self, model: pyo.ConcreteModel, cycle_time_s: float, bound_j: float) -> Schedule:
         def values(variable: Any) -> Array:
             return np.array([variable[v].value for v in model.V], dtype=float)
 
         profiles = [cost.profile for cost in self.costs]
         vertices = self.graph.vertices
         plan = Schedule(
-            status=status,
+            status="optimal",
             cycle_time_s=cycle_time_s,
             # Within the solver's tolerance a value may leave its bounds: put it back.
             durations_s=np.clip(values(model.dm), [p.d_min_s for p in profiles], [p.d_max_s for p in profiles]),
@@ -121,7 +111,6 @@ class PlanSolver:
             collision_waits_s=np.maximum(values(model.dc), 0.0),
             starts_s=values(model.s),
             bound_j=bound_j,
-            runtime_s=runtime_s,
         )
         # The preference is not an energy: taking its largest value from the bound keeps the bound valid.
         preference = self._preference_w * sum(profile.d_max_s for profile in profiles)

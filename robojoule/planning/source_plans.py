@@ -16,7 +16,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.chain import chain_plans
-from robojoule.planning.costs import VertexCosts
+from robojoule.planning.costs import VertexCosts, joined_costs
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.pareto import pareto_curve
 from robojoule.planning.schedule import Schedule
@@ -109,8 +109,7 @@ class _Search:
     def costs(self, tree: int, profiles: list[PiecewiseLinearProfile]) -> list[VertexCosts]:
         """Costs of a tree's vertices with the source's idle power."""
         rows = self.batch.rows[tree]
-        prior, post = self.source.idle_start_w[rows].tolist(), self.source.idle_end_w[rows].tolist()
-        return [VertexCosts(profile, n, w) for profile, n, w in zip(profiles, prior, post, strict=True)]
+        return joined_costs(profiles, self.source.idle_start_w[rows], self.source.idle_end_w[rows])
 
     def excess_at_full_speed_j(self, tree: int) -> float:
         """By how much the profiles above exceed the energy of the fastest runs of a tree. [J]"""

@@ -137,8 +137,7 @@ def stacked_over_duration(rows: Mapping[str, Array], style: Style) -> Figure:
         ax.fill_between(duration, negative, negative + gain, color=color, linewidth=0)
         positive, negative = positive + loss, negative + gain
     ax.plot(duration, rows["energy_j"], "o-", color="black", markersize=3, linewidth=1.0, label="sum: mains energy")
-    ax.set_xlabel("duration [s]")
-    ax.set_ylabel("energy [J]")
+    ax.set(xlabel="duration [s]", ylabel="energy [J]")
     figure.legend(loc="outside lower center", ncols=4)
     return figure
 

@@ -85,11 +85,6 @@ class PiecewiseLinearProfile:
             raise ValueError(f"the profile is defined from {self.d_min_s:.9g} s to {self.d_max_s:.9g} s only")
         return np.asarray(np.interp(durations, self.durations_s, self.energies_j))
 
-    def lowest(self) -> tuple[float, float]:
-        """Duration [s] and energy [J] of the lowest breakpoint (the shortest of several)."""
-        index = int(np.argmin(self.energies_j))
-        return float(self.durations_s[index]), float(self.energies_j[index])
-
     @cached_property
     def is_convex(self) -> bool:
         """Whether the profile is its own lower hull (up to numerical noise)."""

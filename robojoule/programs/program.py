@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
-
-if TYPE_CHECKING:
-    from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from robojoule.documents import load
 from robojoule.errors import InputError
 from robojoule.inputs import as_path, unknown_name
+from robojoule.robots.robot_file import RobotFile
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Payload, Robot
-    from robojoule.robots.robot_file import RobotFile
 
 
 def catalog_path(name: str) -> Path:
@@ -44,8 +44,6 @@ def load_robot_file(name: str | Path, drives: str | Path | None = None) -> Robot
 
 def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
     """A robot file, and where it was read from, as messages say it."""
-    from robojoule.robots.robot_file import RobotFile  # late: listing names needs no models
-
     path = as_path(name, "robot")
     drives = as_path(drives, "drives") if drives is not None else None
     suffix = path.suffix.lower()
@@ -82,7 +80,7 @@ def load_robot(
     Raises:
         InputError: Unknown name, a bad robot file, URDF or drive file, or a payload above the rated one.
     """
-    from robojoule.robots.robot import Payload, Robot  # late: brings Pinocchio
+    from robojoule.robots.robot import Payload, Robot  # late: listing robots needs no numpy
 
     if payload_kg is not None:
         if payload is not None:

@@ -156,8 +156,7 @@ class Scaling:
                 "copper_w_per_nm2": np.ones(6),
             },
         )
-        known = {field.name: getattr(numbers, field.name) for field in fields(numbers)}
-        return JointNumbers(**known | {"copper_w_per_nm": self.reference_numbers.copper_w_per_nm})
+        return replace(numbers, copper_w_per_nm=self.reference_numbers.copper_w_per_nm)
 
     def numbers(self, name: str, effort: Array) -> JointNumbers:
         """Numbers of one arm."""

@@ -17,16 +17,17 @@ and programs have limits even where the gear has none.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 from pydantic import Field
 
-from robojoule.documents import Document, check_file, load, parse, read_bytes, reason, write_text
+from robojoule.documents import Document, check_file, load, parse, read_bytes, reason, write_document, write_text
 from robojoule.errors import InputError
 from robojoule.inputs import number_of
+from robojoule.robots.rigid_body import Placement, RigidBody
 from robojoule.robots.robot_file import (
     CapsuleFile,
     DrivesFile,
@@ -118,8 +119,6 @@ def write_urdf(file: RobotFile, path: str | Path) -> None:
 
     Reading them back gives the same robot file, to the bit.
     """
-    from robojoule.documents import write_document
-
     path = Path(path)
     robot = ElementTree.Element("robot", name=file.name)
     for name, link in file.links.items():
@@ -226,18 +225,9 @@ def _turned(tensor: dict[str, float], rpy: tuple[float, float, float]) -> dict[s
     """Inertia in link axes: R I R^T of a tensor that is given in axes turned by roll, pitch and yaw."""
     if not any(rpy):
         return tensor  # exactly: files written here are read back to the bit
-    import numpy as np
-
-    (cr, cp, cy), (sr, sp, sy) = ([f(angle) for angle in rpy] for f in (math.cos, math.sin))
-    turn = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-    turned = turn @ np.array([[tensor[name] for name in row] for row in rows]) @ turn.T
+    given = RigidBody(0.0, np.zeros(3), np.array([[tensor[name] for name in row] for row in rows]))
+    turned = given.placed(Placement.of((0.0, 0.0, 0.0), rpy)).inertia_kg_m2
     return {name: float(turned[i, j]) for i, row in enumerate(rows) for j, name in enumerate(row) if j >= i}
 
 

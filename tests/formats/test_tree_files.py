@@ -10,16 +10,17 @@ import yaml
 from robojoule.errors import InputError
 from robojoule.formats.registry import load_program
 from robojoule.formats.tree_files import (
+    SCHEMA_FILE,
     load_tree,
     operation_tree_schema,
     parse_tree,
-    published_schema,
     save_tree,
     tree_to_data,
 )
 from robojoule.robots import load_robot
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "operation-tree.md"
+PUBLISHED_SCHEMA = json.loads(SCHEMA_FILE.read_text(encoding="utf-8"))
 NAN, INF = float("nan"), float("inf")
 
 
@@ -263,7 +264,7 @@ def test_schema_refuses_what_it_can_see(case):
     change, _, visible = BAD[case]
     data = example()
     change(data)
-    assert jsonschema.Draft202012Validator(published_schema()).is_valid(data) != visible
+    assert jsonschema.Draft202012Validator(PUBLISHED_SCHEMA).is_valid(data) != visible
 
 
 @pytest.mark.parametrize("case", BAD_FOR_ROBOT)
@@ -328,14 +329,14 @@ def test_unknown_suffix_writes_nothing(tmp_path):
 
 
 def test_saved_data_fits_the_schema():
-    jsonschema.Draft202012Validator(published_schema()).validate(
+    jsonschema.Draft202012Validator(PUBLISHED_SCHEMA).validate(
         json.loads(json.dumps(tree_to_data(parse_tree(example(), "x"))))
     )
 
 
 def test_published_schema_is_in_sync_and_valid():
-    jsonschema.Draft202012Validator.check_schema(published_schema())
-    assert published_schema() == operation_tree_schema()
+    jsonschema.Draft202012Validator.check_schema(PUBLISHED_SCHEMA)
+    assert operation_tree_schema() == PUBLISHED_SCHEMA
 
 
 def test_parsing_leaves_its_input_alone():
@@ -351,7 +352,7 @@ def snippets(language: str) -> list[str]:
 
 def test_documented_tree_is_valid(robot, tmp_path):
     (text,) = snippets("yaml operation-tree")
-    jsonschema.Draft202012Validator(published_schema()).validate(yaml.safe_load(text))
+    jsonschema.Draft202012Validator(PUBLISHED_SCHEMA).validate(yaml.safe_load(text))
     (tmp_path / "spot-weld.yaml").write_text(text)
     assert len(load_tree(tmp_path / "spot-weld.yaml", robot).moves()) == 3
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robojoule.calibration.inertial import draw_errors, inertial_directions, robot_variant
+from robojoule.calibration.inertial import draw_errors, inertial_directions
 from robojoule.calibration.run_model import evaluate_runs, run_parameters
 from robojoule.errors import InputError
 from robojoule.motion.path_integrals import PathIntegrals
@@ -14,6 +14,11 @@ from robojoule.robots import load_robot
 from robojoule.robots.robot import Payload
 
 LIMITS = np.array([0.1, 0.25, 0.5, 0.8, 1.0])
+
+
+def changed(robot, changes, drives=None):
+    """The robot with changed bodies and, if given, other drives."""
+    return robot.variant(drives=drives, mechanism=robot.mechanism.with_changes(changes))
 
 
 def motions(robot, count=12):
@@ -40,7 +45,7 @@ def case(request):
 def test_equal_the_simulation_of_a_robot_with_the_same_parameters(case):
     robot, start, end, directions, integrals, vector, x = case
     drives = vector.drives(x)
-    plant = MotionPaths(robot_variant(robot, drives, directions @ vector.inertial(x)), start, end, controller=robot)
+    plant = MotionPaths(changed(robot, directions @ vector.inertial(x), drives), start, end, controller=robot)
     expected = plant.simulate(LIMITS)
     found = integrals.evaluate(drives, vector.inertial(x))
     np.testing.assert_allclose(integrals.duration_s, expected.duration_s, rtol=1e-9, atol=1e-12)
@@ -99,11 +104,8 @@ def test_directions_explain_the_torques_of_drawn_errors():
     changes = [
         e.applied(body).parameters - body.parameters for e, body in zip(errors, robot.mechanism.bodies, strict=True)
     ]
-    truth = MotionPaths(robot_variant(robot, robot.drives, np.concatenate(changes)), start, end).torques.gravity_nm
-    per_unit = [
-        (MotionPaths(robot_variant(robot, robot.drives, d), start, end).torques.gravity_nm - nominal).ravel()
-        for d in directions.T
-    ]
+    truth = MotionPaths(changed(robot, np.concatenate(changes)), start, end).torques.gravity_nm
+    per_unit = [(MotionPaths(changed(robot, d), start, end).torques.gravity_nm - nominal).ravel() for d in directions.T]
     off = (truth - nominal).ravel()
     left = off - np.stack(per_unit, axis=1) @ np.linalg.lstsq(np.stack(per_unit, axis=1), off, rcond=None)[0]
     assert np.linalg.norm(left) < 0.01 * np.linalg.norm(off)

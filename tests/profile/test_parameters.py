@@ -46,3 +46,9 @@ def test_further_runs_join_a_profile():
     joined = first.joined([2.0, 1.0 + 1e-8], [30.0, 71.0], [0.2, 0.9], 1e-6)
     assert joined.durations_s.tolist() == pytest.approx([1.0, 2.0, 4.0])
     assert joined.energies_j.tolist() == [70.0, 30.0, 90.0]
+
+
+def test_parameters_of_a_profile_are_its_saving_optimum_and_penalty():
+    duration = np.array([[4.0, 2.0, 1.0], [0.0, 0.0, 0.0], [3.0, 2.0, 2.0]])
+    energy = np.array([[9.0, 5.0, 7.0], [0.0, 0.0, 0.0], [8.0, 6.0, 6.0]])
+    assert profile_parameters(duration, energy).tolist() == [[2.0, 2.0, 4.0], [0.0, 0.0, 0.0], [0.0, 2.0, 2.0]]

@@ -29,7 +29,6 @@ class TestPiecewise:
         profile = PiecewiseLinearProfile([1.0, 2.0, 4.0], [10.0, 6.0, 8.0])
         assert profile.value([1.0, 1.5, 3.0, 4.0]).tolist() == [10.0, 8.0, 7.0, 8.0]
         assert (profile.slopes_w * 2.0 + profile.intercepts_j).tolist() == [6.0, 6.0]
-        assert profile.lowest() == (2.0, 6.0)
         assert (profile.d_min_s, profile.d_max_s, profile.segments) == (1.0, 4.0, 2)
 
     def test_it_cannot_be_changed(self):

@@ -38,8 +38,16 @@ BAD = {
     ),
     "negative payload": (("robot", "payload_kg"), -1, "robot.payload_kg: .*greater than or equal to 0"),
     "test share": (("generate_trees", "test_fraction"), 1.5, "generate_trees.test_fraction: .*less than 1"),
-    "budgets swapped": (("generate_trees", "budget_rad"), [3, 1], "budget_rad must be two positive numbers"),
-    "speeds not rising": (("simulate_motions", "speed_limits_percent"), [10, 30, 20, 60, 100], "must rise strictly"),
+    "budgets swapped": (
+        ("generate_trees", "budget_rad"),
+        [3, 1],
+        "budget_rad: .* must be two positive numbers",
+    ),
+    "speeds not rising": (
+        ("simulate_motions", "speed_limits_percent"),
+        [10, 30, 20, 60, 100],
+        "_percent: .* must rise strictly",
+    ),
     "speeds not to 100": (("simulate_motions", "speed_limits_percent"), [10, 20, 30, 40, 50], "end at 100"),
     "speed above 100": (
         ("simulate_motions", "speed_limits_percent"),

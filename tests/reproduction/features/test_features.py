@@ -114,8 +114,8 @@ def test_rotation_angle_keeps_its_digits(data: DataSet, angle: float, sign: int)
         end_qw=[sign * np.cos(angle / 2)] * count,
         end_qx=[sign * np.sin(angle / 2)] * count,
     )
-    connection = features.connect(motions, data.samples)
-    features.build(connection, features.INPUT_TABLES)
+    connection = features.connect(motions, data.samples, data.runs)
+    features.build(connection)
     found = features.fetch(connection, "inputs")["rotation_angle_rad"].to_numpy()
     assert found == pytest.approx(angle, rel=1e-7, abs=1e-12)
 

@@ -76,9 +76,3 @@ def test_missing_and_garbled_files_are_named(data: DataSet, tmp_path: Path, tabl
     with pytest.raises(InputError) as caught:
         features.connect(**sources)
     assert str(caught.value) == f"{sources[table]}: the file is missing; run the stage simulate_motions first"
-
-
-def test_new_motions_need_neither_labels_nor_runs(data: DataSet) -> None:
-    connection = features.connect(data.motions.drop_columns(["tree_id", "split", "order"]), data.samples)
-    features.build(connection, features.INPUT_TABLES)
-    assert features.fetch(connection, "inputs").num_rows == len(data.motions)

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from reproduction.predictors.evaluation import beats_mean, error_rows, order_rows, outliers
+from reproduction.predictors.evaluation import beats_mean, error_rows, order_rows, outliers, passes_gate
+
+TRUTH = np.array([[10.0, 1.0, 50.0], [30.0, 2.0, 70.0], [20.0, 3.0, 90.0]])
 
 
 def test_errors_of_a_table_done_by_hand() -> None:
@@ -65,3 +67,15 @@ def test_baseline_gate() -> None:
     measured = np.array([[0.0, 0.0, 0.0], [2.0, 2.0, 2.0]])
     assert beats_mean(measured + 0.5, measured, training)
     assert not beats_mean(measured + np.array([0.5, 0.5, 1.0]), measured, training)
+
+
+def test_better_than_the_mean_and_than_every_rival_passes():
+    assert passes_gate(TRUTH + 0.1, TRUTH, TRUTH)
+    assert passes_gate(TRUTH + 0.1, TRUTH, TRUTH, [TRUTH + 0.2])
+
+
+def test_worse_than_the_mean_or_a_rival_in_one_target_fails():
+    wrong = TRUTH + np.array([0.0, 5.0, 0.0])
+    assert not passes_gate(wrong, TRUTH, TRUTH)
+    assert not passes_gate(TRUTH + 0.1, TRUTH, TRUTH, [TRUTH + 0.2, TRUTH + np.array([9.0, 0.05, 9.0])])
+    assert not passes_gate(np.full_like(TRUTH, np.nan), TRUTH, TRUTH)

@@ -43,4 +43,4 @@ def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBa
 
 
 def measured(of: Plant, trees: int, seed: int) -> ObservedRuns:
-    return observe(batch(of, trees, seed), LIMITS, np.random.default_rng(seed), runs_per_motion=3)
+    return observe(batch(of, trees, seed), LIMITS, np.random.default_rng(seed)).thinned(3)

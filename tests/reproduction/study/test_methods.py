@@ -5,7 +5,8 @@ import pytest
 
 from reproduction.experiment.gaps import PlanEnergies, bootstrap_mean, gap_rows, win_rows
 from reproduction.methods.method import Variant
-from reproduction.study.methods import OnSource, evaluate_plans, hull_profiles, polynomial_method
+from reproduction.methods.on_source import OnSource
+from reproduction.study.methods import evaluate_plans, hull_profiles, polynomial_method
 from robojoule.errors import CycleTimeTooShort
 from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.solver import PlanSolver

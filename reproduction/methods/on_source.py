@@ -1,9 +1,8 @@
-"""`robojoule_predicted`: plans on predicted profiles and idle power; no run of a new motion is simulated for them."""
+"""Plans on profiles of any source: `robojoule_predicted` on predicted ones, without a run of a new motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from reproduction.methods.method import MethodPlans, Variant
 from robojoule.arrays import Array
@@ -13,15 +12,16 @@ from robojoule.profile.source import ProfileSource
 
 
 @dataclass(frozen=True, eq=False)
-class RobojoulePredicted:
-    """Planning on predicted profiles.
+class OnSource:
+    """A method that is nothing but a source of profiles.
 
     Attributes:
+        variant: Its name.
         profiles: Profiles of the M motions.
     """
 
+    variant: Variant
     profiles: ProfileSource
-    variant: ClassVar[Variant] = Variant("robojoule_predicted")
 
     def plan(self, batch: TreeBatch, cycle_times_s: Array) -> MethodPlans:
         """Plan every tree; see `Method.plan`."""
