@@ -17,7 +17,7 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 PLUMBING = {
     *(f"reproduction/{name}.py" for name in ("__init__", "claims", "config", "layout", "tables")),
     *("reproduction/study/config.py", "reproduction/tracking"),
-    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors")),
+    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
     *("stages/__init__.py", "stages/cli.py"),
 }
 # Plumbing whose packages decide how outputs are written.

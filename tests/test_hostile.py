@@ -194,6 +194,8 @@ WORDS = {
     "no value": ([*PROFILE, "--points"], "robojoule profile: --points: expected one argument"),
     "missing": (["optimize"], "robojoule optimize: the following arguments are required: PROGRAM"),
     "robot": ([*PARETO[:2], "--robot", "kuka_kr16_r2010_3"], "(did you mean kuka_kr16_r2010_2"),
+    "folder for robot": ([*PARETO[:2], "--robot", "."], "unknown robot '.'"),
+    "onto a drive file": ([*IDENTIFY[:3], "a.urdf", "--out", "a.drives.yaml"], "--out: this is the robot itself"),
     "no robot": ([*PARETO[:2], "--robot", ""], "no file can have this name"),
     "points": ([*PROFILE, "--points", "1e2"], "--points: '1e2' is not a whole number"),
     "many points": ([*PROFILE, "--points", "9" * 5000], "is not a whole number"),

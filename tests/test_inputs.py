@@ -46,7 +46,9 @@ def test_paths(value):
     assert as_path(value, "key") == Path("a/b.yaml")
 
 
-@pytest.mark.parametrize("value", [None, 5, b"a.yaml", ["a.yaml"], object(), "", "a\0.yaml"], ids=ascii)
+@pytest.mark.parametrize(
+    "value", [None, 5, b"a.yaml", ["a.yaml"], object(), "", "a\0.yaml"], ids=lambda value: type(value).__name__
+)
 def test_what_names_no_file(value):
     with pytest.raises(InputError, match=r"key: .*(is not the name of a file|no file can have this name)"):
         as_path(value, "key")

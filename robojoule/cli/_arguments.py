@@ -102,7 +102,7 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
         InputError: A wrong suffix, a missing folder or package, or a file that is read or written by another argument.
     """
     read = {name: [as_path(path, name)] for name in inputs if (path := getattr(arguments, name)) is not None}
-    if "robot" in read:
+    if read.get("robot", [Path()])[0].suffix.lower() == ".urdf":  # its drive file is read, too
         from robojoule.robots.urdf import DRIVE_FILE_SUFFIXES
 
         read["robot"] += [read["robot"][0].with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
