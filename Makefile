@@ -13,11 +13,12 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro flow test study bench lint
+.PHONY: help repro compare flow test study bench lint
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make repro   set up, reproduce every stage that is out of date (dvc repro), print Table 6.1'
+	@echo 'make compare reproduce, hold the results against the committed ones (REV=COMMIT: those of another commit)'
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
 	@echo 'make test    set up, run all tests on all processors; what was left out is named at the end'
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they depend on'
@@ -27,6 +28,10 @@ help:
 repro: $(READY)
 	@$(IN_VENV) $(PY) -m dvc repro
 	@$(IN_VENV) $(PY) -m stages.show_table
+
+compare: $(READY)
+	@$(IN_VENV) $(PY) -m dvc repro
+	@$(IN_VENV) $(PY) -m reproduction.compare $(REV)
 
 flow: $(READY)
 	@$(IN_VENV) $(PY) -m flows.pipeline

@@ -3,9 +3,10 @@
 *Plain* is the fair reference: Ruckig's `at_time` and Pinocchio's `rnea` for every 4 ms sample in a Python loop, numpy
 for the power, the same model. The *floor* is what no simulation along a path can do without here: the inverse dynamics
 at the fewest path nodes that keep energies within 0.1 %, by the faster of two routes (`rneaInParallel` of Pinocchio
-three times per node, or the recursion along paths), and one Ruckig call per run for six joints in phase, with its
-limits. `ratio_to_least_floor` takes bare calls for one path coordinate instead. Everything runs on one core,
-interleaved, and is quoted as medians.
+three times per node, or the recursion along paths), and one Ruckig call per run for six joints in phase, with the limits of
+the run. `ratio_to_least_floor` takes bare calls for one path coordinate instead. *Pinocchio and Ruckig* is the same
+simulation with these for engines, as the stage simulate_motions runs it. Everything runs on one core, interleaved, and
+is quoted as medians.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from threadpoolctl import threadpool_limits
 from robojoule.arrays import Array
 from robojoule.motion.dynamics import inverse_dynamics, path_torques
 from robojoule.motion.quadrature import RunQuadrature
-from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.simulation import Engines, MotionPaths
 from robojoule.robots import load_robot
 from robojoule.robots.drives import mains_power_w
 from robojoule.robots.recursion import path_points
@@ -172,6 +173,10 @@ def measure(motions: int, plain_motions: int, rounds: int) -> dict[str, float]:
     works: dict[str, tuple[Callable[[], object], int]] = {
         "robojoule": (lambda: MotionPaths(robot, start, end).simulate(SPEED_LIMITS), motions),
         "robojoule_91": (lambda: MotionPaths(robot, start[part], end[part]).simulate(dense), part.stop),
+        "pinocchio_and_ruckig": (
+            lambda: MotionPaths(robot, start, end, engines=Engines("pinocchio", "ruckig")).simulate(SPEED_LIMITS),
+            motions,
+        ),
         "plain": (lambda: plain_runs(paths, range(plain_motions)), plain_motions),
         "rnea_in_parallel": (lambda: parallel_calls(robot, points), motions),
         "recursion": (lambda: recursion_calls(robot, points), motions),
@@ -185,6 +190,7 @@ def measure(motions: int, plain_motions: int, rounds: int) -> dict[str, float]:
         "speedup_over_plain": times["plain"] / times["robojoule"],
         "ratio_to_floor": times["robojoule"] / (dynamics + times["ruckig_joints"]),
         "ratio_to_least_floor": times["robojoule"] / (dynamics + times["ruckig_path"]),
+        "pinocchio_and_ruckig_over_own": times["pinocchio_and_ruckig"] / times["robojoule"],
         "cost_of_91_over_10_speed_limits": times["robojoule_91"] / times["robojoule"],
     }
     return {

@@ -38,6 +38,13 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
     ),
     (
         "simulation",
+        "pinocchio_and_ruckig_over_own",
+        "Pinocchio and Ruckig over robojoule's own engines, the same energies",
+        "",
+        "{pinocchio_and_ruckig_ms_per_motion} ms per motion",
+    ),
+    (
+        "simulation",
         "cost_of_91_over_10_speed_limits",
         "91 speed limits over 10",
         "at most 10",

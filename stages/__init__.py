@@ -18,15 +18,20 @@ _AVX2 = {
 }
 
 
-def _has_avx2() -> bool:
-    """Whether this is Linux on an x86-64 processor with AVX2 and its fused multiplication and addition."""
-    if platform.system() != "Linux" or platform.machine() != "x86_64":
+def has_avx2(machine: str, processors: Path) -> bool:
+    """Whether this is Linux on an x86-64 processor with AVX2, which brings fused multiplication and addition.
+
+    Args:
+        machine: Kind of machine.
+        processors: File in which Linux describes them.
+    """
+    if machine != "x86_64" or not processors.is_file():
         return False
-    flags = next((line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags")), "")
-    return {"avx2", "fma"} <= set(flags.split())
+    lines = processors.read_text(encoding="utf-8", errors="replace").splitlines()
+    return {"avx2", "fma"} <= set(next((line for line in lines if line.startswith("flags")), "").split())
 
 
-SAME_BYTES = _has_avx2()
+SAME_BYTES = has_avx2(platform.machine(), Path("/proc/cpuinfo"))
 """Whether this machine gives the bytes that are committed."""
 
 os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))

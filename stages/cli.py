@@ -9,10 +9,15 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
+import stages
 from reproduction.layout import Layout
 from robojoule.errors import InputError, RobojouleError
 
 Params = TypeVar("Params")
+OTHER_BYTES = (
+    "this is no Linux on an x86-64 processor with AVX2, so results may differ from the committed ones in their last "
+    "digits; `make compare` says where"
+)
 
 
 def run(
@@ -29,6 +34,8 @@ def run(
     parser.add_argument("--root", type=Path, default=Path(), help="folder of data/, models/ and reports/ (default: .)")
     parser.add_argument("--params", type=Path, help=f"parameter file (default: ROOT/{params_file})")
     arguments = parser.parse_args()
+    if not stages.SAME_BYTES:
+        print(f"{stage.__name__}: {OTHER_BYTES}", file=sys.stderr)
     try:
         stage(load(arguments.params or arguments.root / params_file), Layout(arguments.root))
     except RobojouleError as error:

@@ -38,6 +38,7 @@ def show(result: dict[str, Any]) -> None:
     print(f"cycle time {result['cycle_time_s']:.4f} s, energy {result['energy_j']:.1f} J per cycle")
     print(
         f"largest mains power {result['peak_power_w']:.1f} W, "
-        f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its effort limit"
+        f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its peak limit, "
+        f"{100.0 * result['rms_torque_ratio']:.1f} % of the continuous one (root mean square)"
     )
     show_moves(result)

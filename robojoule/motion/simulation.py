@@ -48,7 +48,7 @@ OWN_ENGINES = Engines()
 
 @dataclass(frozen=True)
 class MotionRuns:
-    """Runs of M motions at S speed limits; all arrays have shape (M, S).
+    """Runs of M motions at S speed limits; arrays have shape (M, S) unless stated.
 
     Attributes:
         speed_limit: Speed limit as a fraction of full speed. [-]
@@ -63,6 +63,7 @@ class MotionRuns:
         drive_active_j: Its part drawn by the drives for being active. [J]
         peak_power_w: Largest mains power at the quadrature nodes. [W]
         peak_torque_ratio: Largest |torque| / peak torque limit over joints and quadrature nodes. [-]
+        torque_square_integral_nm2_s: Integral of each joint's squared torque over the run, shape (M, S, n). [Nm2 s]
     """
 
     speed_limit: Array
@@ -77,6 +78,7 @@ class MotionRuns:
     drive_active_j: Array
     peak_power_w: Array
     peak_torque_ratio: Array
+    torque_square_integral_nm2_s: Array
 
 
 @dataclass(frozen=True)
@@ -203,6 +205,7 @@ class MotionPaths:
         limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
         arrays = {field.name: np.zeros_like(velocity) for field in fields(MotionRuns)}
         arrays["speed_limit"] = limits
+        arrays["torque_square_integral_nm2_s"] = np.zeros((*velocity.shape, self.robot.joint_count))
         counts = self.torques.counts
         for count in np.unique(counts[self.moving]):
             rows = np.flatnonzero(self.moving & (counts == count))
@@ -218,7 +221,7 @@ class MotionPaths:
         law = self.laws(velocity, rows)
         states, weights = quadrature.states(law), quadrature.weights(law)
         bus, friction, copper = np.empty((3, *weights.shape))
-        peak_torque = np.empty((len(rows), self.robot.joint_count, velocity.shape[1]))
+        peak_torque, squared = np.empty((2, len(rows), self.robot.joint_count, velocity.shape[1]))
         chunk = max(1, _CHUNK_STATES // weights[0].size)
         for first in range(0, len(rows), chunk):
             part = slice(first, first + chunk)
@@ -227,7 +230,9 @@ class MotionPaths:
             bus[part], friction[part] = power.bus_w.reshape(shape), power.friction_w.reshape(shape)
             copper[part] = power.copper_w.reshape(shape)
             magnitude = np.abs(power.torque_nm.swapaxes(1, 2), out=power.torque_nm.swapaxes(1, 2))
-            peak_torque[part] = magnitude.reshape(len(magnitude), -1, *shape[1:]).max(axis=-1)
+            by_run = magnitude.reshape(len(magnitude), -1, *shape[1:])
+            peak_torque[part] = by_run.max(axis=-1)
+            squared[part] = np.einsum("mjsq,mjsq,msq->mjs", by_run, by_run, weights[part])
         integrals = {
             "bus": np.einsum("msq,msq->ms", bus, weights),
             "drawn": quadrature.positive_part(bus, law),
@@ -238,6 +243,7 @@ class MotionPaths:
             **self._energy_parts(law.duration_s.sum(axis=-1), integrals),
             "peak_power_w": mains_power_w(self.robot.drives, bus.max(axis=-1)),
             "peak_torque_ratio": (peak_torque / self.robot.peak_effort_nm[:, None]).max(axis=1),
+            "torque_square_integral_nm2_s": squared.swapaxes(1, 2),
         }
 
     def _quadrature(self, path_nodes: int) -> RunQuadrature:

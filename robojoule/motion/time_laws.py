@@ -91,8 +91,8 @@ def path_law(
         velocity: Largest path velocities, any shape; beyond what the path lets reach they change nothing. [1/s]
         acceleration: Largest path accelerations, the same shape. [1/s2]
         filter_time_s: Length of a full jerk phase. [s]
-        length_rad: Lengths that Ruckig computes with, e.g. the largest joint changes, as its tolerances have a scale; of
-            a shape that can be broadcast to that of the velocities. [rad]
+        length_rad: Lengths that Ruckig computes with, e.g. the largest joint changes, as its tolerances have a scale;
+            one, or as many as can be broadcast to the velocities. [rad]
         engine: What computes them; if not given, Ruckig a single law where it is installed, many the closed form.
 
     Returns:

@@ -13,7 +13,8 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import graph_of_tree, process_energy_j
-from robojoule.profile.energy_profile import torque_warning
+from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
+from robojoule.robots.robot import Robot
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
 
 SAME_POSITION_RAD = 1e-6
@@ -31,7 +32,7 @@ class MoveRun:
         wait_after_s: Time that the robot stands after it, process steps included. [s]
         energy_j: Energy of the movement and of standing before and after it. [J]
         peak_power_w: Largest mains power during the movement; 0 where nothing moves. [W]
-        peak_torque_ratio: Largest joint torque over its effort limit during the movement; 0 where nothing moves. [-]
+        peak_torque_ratio: Largest joint torque over its peak limit during the movement; 0 where nothing moves. [-]
     """
 
     name: str
@@ -56,7 +57,8 @@ class CycleRun:
         post_waits_s: Wait after each motion, shape (V,). [s]
         vertex_energies_j: Energy of each motion with its waits, shape (V,). [J]
         peak_powers_w: Largest mains power of each motion, shape (V,). [W]
-        peak_torque_ratios: Largest joint torque over its effort limit in each motion, shape (V,). [-]
+        peak_torque_ratios: Largest joint torque over its peak limit in each motion, shape (V,). [-]
+        rms_torque_ratio: Largest root mean square of a joint torque over the cycle, over its continuous limit. [-]
         energy_j: Energy of the cycle with waits and process steps. [J]
         cycle_time_s: Length of the cycle. [s]
         peak_power_w: Largest mains power of the cycle: of motions, of standing and of process steps. [W]
@@ -70,6 +72,7 @@ class CycleRun:
     vertex_energies_j: Array
     peak_powers_w: Array
     peak_torque_ratios: Array
+    rms_torque_ratio: float
     energy_j: float
     cycle_time_s: float
     peak_power_w: float
@@ -82,7 +85,7 @@ class CycleRun:
 
     @property
     def peak_torque_ratio(self) -> float:
-        """Largest joint torque over its effort limit in the cycle. [-]"""
+        """Largest joint torque over its peak limit in the cycle. [-]"""
         return float(self.peak_torque_ratios.max(initial=0.0))
 
     @property
@@ -105,6 +108,7 @@ class CycleRun:
             "cycle_time_s": self.cycle_time_s,
             "energy_j": self.energy_j,
             "peak_torque_ratio": self.peak_torque_ratio,
+            "rms_torque_ratio": self.rms_torque_ratio,
             "peak_power_w": self.peak_power_w,
             "moves": [asdict(move) for move in self.moves],
         }
@@ -146,6 +150,8 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     if run.peak_torque_ratio > 1.0:
         worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
         found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
+    if run.rms_torque_ratio > 1.0:
+        found.append(rms_torque_warning(run.rms_torque_ratio))
     start, *_, end = tree.configurations_rad()
     if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
         found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
@@ -160,6 +166,9 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     post = np.array([vertex.least_post_wait_s for vertex in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
     vertex_energies = runs.energy_j[rows, k] + idle_prior_w * prior + idle_post_w * post
+    cycle_time_s = float((prior + durations + post).sum())
+    standing = batch.paths.torques.at_nodes[2][rows] ** 2  # squared gravity torques, which motors hold in waits
+    squared = runs.torque_square_integral_nm2_s[rows, k].sum(axis=0) + prior @ standing[:, 0] + post @ standing[:, -1]
     processes = _process_powers_w(tree, idle_prior_w, idle_post_w)
     return CycleRun(
         names=tuple(vertex.name for vertex in vertices),
@@ -170,10 +179,18 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
         vertex_energies_j=vertex_energies,
         peak_powers_w=peak_powers,
         peak_torque_ratios=runs.peak_torque_ratio[rows, k],
+        rms_torque_ratio=rms_torque_ratio(batch.robot, squared, cycle_time_s),
         energy_j=float(vertex_energies.sum()) + process_energy_j(tree),
-        cycle_time_s=float((prior + durations + post).sum()),
+        cycle_time_s=cycle_time_s,
         peak_power_w=float(max([*peak_powers, *idle_prior_w[prior > 0.0], *idle_post_w[post > 0.0], *processes])),
     )
+
+
+def rms_torque_ratio(robot: Robot, square_integral_nm2_s: Array, duration_s: float) -> float:
+    """Largest root mean square of a joint torque, of integrals (n,) over a time [s], over its continuous limit. [-]"""
+    if duration_s <= 0.0:
+        return 0.0
+    return float((np.sqrt(square_integral_nm2_s / duration_s) / robot.effort_nm).max())
 
 
 def _process_powers_w(tree: OperationTree, idle_prior_w: Array, idle_post_w: Array) -> list[float]:

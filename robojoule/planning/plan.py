@@ -80,8 +80,13 @@ class Plan:
 
     @property
     def peak_torque_ratio(self) -> float:
-        """Largest joint torque over its effort limit. [-]"""
+        """Largest joint torque over its peak limit. [-]"""
         return self.run.peak_torque_ratio
+
+    @property
+    def rms_torque_ratio(self) -> float:
+        """Largest root mean square of a joint torque over the cycle, over its continuous limit. [-]"""
+        return self.run.rms_torque_ratio
 
     @property
     def peak_power_w(self) -> float:

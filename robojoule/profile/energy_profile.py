@@ -35,7 +35,8 @@ class EnergyProfile:
         durations_s: Shape (S,), falling. [s]
         energies_j: Shape (S,). [J]
         parts_j: Parts of the energies by name (see `PARTS`), each of shape (S,); they add up to the energies. [J]
-        peak_torque_ratio: Largest joint torque over its effort limit in all runs. [-]
+        peak_torque_ratio: Largest joint torque over its peak limit in all runs. [-]
+        rms_torque_ratio: Largest root mean square of a joint torque over a run, over its continuous limit. [-]
         idle_power_start_w: Power of the robot that stands at the start. [W]
         idle_power_end_w: Power of the robot that stands at the end. [W]
     """
@@ -47,6 +48,7 @@ class EnergyProfile:
     energies_j: Array
     parts_j: Mapping[str, Array]
     peak_torque_ratio: float
+    rms_torque_ratio: float
     idle_power_start_w: float
     idle_power_end_w: float
 
@@ -80,7 +82,9 @@ class EnergyProfile:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know about the motion, a sentence each."""
-        return (torque_warning(self.peak_torque_ratio),) if self.peak_torque_ratio > 1.0 else ()
+        peak = (torque_warning(self.peak_torque_ratio),) if self.peak_torque_ratio > 1.0 else ()
+        rms = (rms_torque_warning(self.rms_torque_ratio),) if self.rms_torque_ratio > 1.0 else ()
+        return peak + rms
 
     def to_dict(self) -> dict[str, Any]:
         """The profile as plain data, ready for JSON."""
@@ -95,6 +99,7 @@ class EnergyProfile:
             "optimal_duration_s": self.optimal_duration_s,
             "energy_saving_j": self.energy_saving_j,
             "peak_torque_ratio": self.peak_torque_ratio,
+            "rms_torque_ratio": self.rms_torque_ratio,
             "idle_power_start_w": self.idle_power_start_w,
             "idle_power_end_w": self.idle_power_end_w,
             "warnings": list(self.warnings),
@@ -120,6 +125,7 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
     paths = MotionPaths(robot, start_rad, end_rad)
     runs = paths.simulate(np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points))
     limits = runs.speed_limit[0]
+    rms_nm = np.sqrt(runs.torque_square_integral_nm2_s[0] / runs.duration_s[0, :, np.newaxis])
     distinct = sampled_profile(runs.duration_s[0], runs.energy_j[0], limits)
     rows = np.searchsorted(limits, distinct.speed_limits[::-1])
     return EnergyProfile(
@@ -130,13 +136,20 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
         energies_j=frozen(runs.energy_j[0, rows]),
         parts_j={part: frozen(getattr(runs, part)[0, rows]) for part in PARTS},
         peak_torque_ratio=float(runs.peak_torque_ratio.max()),
+        rms_torque_ratio=float((rms_nm / robot.effort_nm).max()),
         idle_power_start_w=float(paths.idle_power_start_w[0]),
         idle_power_end_w=float(paths.idle_power_end_w[0]),
     )
 
 
 def torque_warning(ratio: float, where: str = "") -> str:
-    """What to say of a joint torque beyond its effort limit, as a ratio of both."""
+    """What to say of a joint torque beyond its peak limit, as a ratio of both."""
+    return f"a joint torque reaches {100.0 * ratio:.1f} % of its peak limit{where}: lighten the payload or fold the arm"
+
+
+def rms_torque_warning(ratio: float) -> str:
+    """What to say of a root mean square of a joint torque beyond its continuous limit, as a ratio of both."""
     return (
-        f"a joint torque reaches {100.0 * ratio:.1f} % of its effort limit{where}: lighten the payload or fold the arm"
+        f"a joint torque has a root mean square of {100.0 * ratio:.1f} % of its continuous limit: the drive would "
+        "overheat in the long run; lighten the payload, fold the arm or take more time"
     )

@@ -129,6 +129,9 @@ def write_urdf(file: RobotFile, path: str | Path) -> None:
     write_text(path, ElementTree.tostring(robot, encoding="unicode") + "\n")
     keys = UrdfDriveFile.model_fields.keys() - {"limits"}
     data = file.model_dump(mode="json", include=keys)
+    peaks = {j.name: {"peak_effort_nm": j.peak_effort_nm} for j in file.joints if j.peak_effort_nm is not None}
+    if peaks:  # a URDF has one effort limit only
+        data["limits"] = peaks
     write_document(path.with_suffix(DRIVE_FILE_SUFFIXES[-1]), data)
 
 

@@ -88,7 +88,7 @@ def test_nothing_is_warned_of_without_need(run):
 def test_overloaded_joints_are_named_with_their_move(run):
     ratios = np.linspace(0.5, 1.25, len(run.names))
     (warning,) = plan_warnings(busy_tree(), replace(run, peak_torque_ratios=ratios), run)
-    reached = f"a joint torque reaches 125.0 % of its effort limit in move '{run.names[-1]}'"
+    reached = f"a joint torque reaches 125.0 % of its peak limit in move '{run.names[-1]}'"
     assert warning == f"{reached}: lighten the payload or fold the arm"
 
 

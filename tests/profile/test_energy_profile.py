@@ -55,7 +55,7 @@ def test_plain_data_is_ready_for_json(profile):
 def test_torques_beyond_a_limit_are_said():
     beyond = replace(simulated_profile(kr16(), START, END, 2), peak_torque_ratio=1.234)
     assert beyond.warnings == (torque_warning(1.234),)
-    assert "reaches 123.4 % of its effort limit: lighten" in beyond.warnings[0]
+    assert "reaches 123.4 % of its peak limit: lighten" in beyond.warnings[0]
 
 
 BAD = {

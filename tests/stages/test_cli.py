@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import stages
 from reproduction.layout import Layout
 from robojoule.errors import InputError, PlanningError
-from stages.cli import run, say
+from stages.cli import OTHER_BYTES, run, say
 
 ROOT = Path(__file__).parents[2]
 
@@ -59,3 +60,38 @@ def test_progress_names_the_stage(capsys: pytest.CaptureFixture):
 def test_a_stage_computes_with_one_thread():
     code = "import stages.cli, numpy, threadpoolctl; print({p['num_threads'] for p in threadpoolctl.threadpool_info()})"
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True).stdout == "{1}\n"
+
+
+@pytest.mark.parametrize(
+    ("machine", "flags", "found"),
+    [
+        ("x86_64", "fpu avx fma avx2 sha_ni", True),
+        ("x86_64", "fpu avx fma avx2 avx512f", True),
+        ("x86_64", "fpu avx fma avx2x", False),
+        ("x86_64", "fpu avx avx2", False),
+        ("x86_64", "", False),
+        ("x86_64", None, False),  # another system than Linux
+        ("aarch64", "fpu avx fma avx2", False),
+    ],
+)
+def test_a_processor_is_known_by_its_flags(tmp_path: Path, machine: str, flags: str | None, found: bool):
+    file = tmp_path / "cpuinfo"
+    if flags is not None:
+        file.write_text(
+            f"processor\t: 0\nvendor_id\t: avx2\nflags\t\t: {flags}\nbugs\t\t: fma avx2\n", encoding="utf-8"
+        )
+    assert stages.has_avx2(machine, file) == found
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_a_machine_with_other_bytes_is_told_in_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture, same: bool
+):
+    monkeypatch.setattr(stages, "SAME_BYTES", same)
+    monkeypatch.setattr("sys.argv", ["build"])
+
+    def build(params: Path, layout: Layout) -> None:
+        pass
+
+    run(build, Path)
+    assert capsys.readouterr().err == ("" if same else f"build: {OTHER_BYTES}\n")

@@ -117,8 +117,8 @@ def simulate_without_packages(done, folder, **engines):
     shutil.copy(done[1].trees, layout.trees)
     params = PARAMS | {"simulate_motions": PARAMS["simulate_motions"] | engines}
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
-    code = f"{WITHOUT}\nimport runpy\nif __name__ == '__main__':\n    runpy.run_module('stages.simulate_motions', run_name='__main__')"
-    words = [sys.executable, "-c", code, "--root", str(folder)]
+    stage = "import runpy\nrunpy.run_module('stages.simulate_motions', run_name='__main__')\n"
+    words = [sys.executable, "-c", WITHOUT + stage, "--root", str(folder)]
     return layout, subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
 
 

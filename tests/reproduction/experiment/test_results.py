@@ -50,6 +50,7 @@ def cycle(energy_j, motions=3, cycle_s=2.2):
         vertex_energies_j=np.full(motions, energy_j / motions),
         peak_powers_w=np.full(motions, 2000.0),
         peak_torque_ratios=np.full(motions, 0.9),
+        rms_torque_ratio=0.5,
         energy_j=energy_j,
         cycle_time_s=cycle_s,
         peak_power_w=2000.0,
