@@ -65,9 +65,9 @@ def is_beyond(name: str, fresh: str, committed: str) -> bool:
     """Whether two texts differ by more than their numbers, or one of these by more than it may."""
     if _NUMBER.sub("#", fresh) != _NUMBER.sub("#", committed):
         return True
-    for ours, theirs in zip(_NUMBER.findall(fresh), _NUMBER.findall(committed), strict=True):
-        allowed = max(tolerance(name, float(theirs)), _last_digit(theirs), _last_digit(ours))
-        if abs(float(ours) - float(theirs)) > allowed * (1.0 + RELATIVE):
+    for new, old in zip(_NUMBER.findall(fresh), _NUMBER.findall(committed), strict=True):
+        allowed = max(tolerance(name, float(old)), _last_digit(old), _last_digit(new))
+        if abs(float(new) - float(old)) > allowed * (1.0 + RELATIVE):
             return True
     return False
 
@@ -92,14 +92,14 @@ def differences(file: Path, fresh: str, committed: str) -> list[Difference]:
     """
     read = _csv_places if file.suffix == ".csv" else _json_places
     try:
-        ours, theirs = list(read(fresh)), list(read(committed))
+        new, old = list(read(fresh)), list(read(committed))
     except (ValueError, csv.Error) as error:
         raise InputError(f"the file is damaged ({error})", file=file) from None
-    if [place for place, _, _ in ours] != [place for place, _, _ in theirs]:
-        return [Difference("rows, columns or keys", f"{len(ours)} values", f"{len(theirs)} others", True)]
+    if [place for place, _, _ in new] != [place for place, _, _ in old]:
+        return [Difference("rows, columns or keys", f"{len(new)} values", f"{len(old)} others", True)]
     return [
         Difference(place, one, other, is_beyond(column, one, other))
-        for (place, column, one), (_, _, other) in zip(ours, theirs, strict=True)
+        for (place, column, one), (_, _, other) in zip(new, old, strict=True)
         if one != other
     ]
 
@@ -174,7 +174,7 @@ def _hashes(file: Path, lock: str) -> dict[str, str]:
         stages = yaml.safe_load(lock)["stages"].values()
         return {out["path"]: out["md5"] for stage in stages for out in stage.get("outs", [])}
     except (yaml.YAMLError, TypeError, KeyError, AttributeError):
-        raise InputError("this is no lock file of DVC", file=file) from None
+        raise InputError("this is not a lock file of DVC", file=file) from None
 
 
 def _git(root: Path, *words: str) -> str:

@@ -13,7 +13,7 @@ Mask = NDArray[np.bool_]
 
 
 def as_array(values: object, key: str, what: str) -> Array:
-    """Numbers in any arrangement as an array of floats; text and booleans are no numbers.
+    """Numbers in any arrangement as an array of floats; text and booleans do not count.
 
     Args:
         values: What was given.

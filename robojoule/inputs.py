@@ -36,7 +36,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def real(value: object) -> float:
-    """A real number as a float; NaN where it is none, infinity where it is too large. Booleans are no numbers."""
+    """A real number as a float; NaN where it is none, infinity where it is too large. Booleans do not count."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return math.nan
     try:

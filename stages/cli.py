@@ -15,7 +15,7 @@ from robojoule.errors import InputError, RobojouleError
 
 Params = TypeVar("Params")
 OTHER_BYTES = (
-    "this is no Linux on an x86-64 processor with AVX2, so results may differ from the committed ones in their last "
+    "this is not Linux on an x86-64 processor with AVX2, so results may differ from the committed ones in their last "
     "digits; `make compare` says where"
 )
 

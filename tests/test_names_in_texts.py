@@ -15,7 +15,7 @@ CODE_MARK = re.compile(r"`+([^`\n]+)`+")
 PATH = re.compile(rf"^((?:{'|'.join((*PACKAGES, 'tests', 'docs', 'studies'))})/[\w./-]+)$")
 # "Ours" leaves open whose; "is no mass" is not English, while "there is no mass" is; nor is "one of both".
 UNWANTED = re.compile(
-    r"\b(?:ours|our|we)\b|(?<!here )\b(?:is|are) no |\bone a (?:joint|motion|method|row)\b|one of both", re.I
+    r"\b(?:(?<!--)ours|our|we)\b|(?<!here )\b(?:is|are) no |\bone a (?:joint|motion|method|row)\b|one of both", re.I
 )
 NOT_OF_THE_HOUSE = (
     "CHANGELOG",

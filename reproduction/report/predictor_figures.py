@@ -104,9 +104,9 @@ def predicted_profiles(results: Results, style: Style, model: str = "random_fore
     figure.supylabel("energy less minimum, plus offset [J]", fontsize=9)
     return Drawing(
         figure,
-        f"Predicted three-segment profiles ({MODELS[model]}) and simulated runs of {len(places)} held-out motions, both "
-        f"moved to a minimum of {results.shape.offset_j:g} J; from the best predicted energy saving (top left) to the "
-        "worst (bottom right) in equal steps of rank.",
+        f"Predicted three-segment profiles ({MODELS[model]}) and simulated runs of {len(places)} held-out motions, "
+        f"both moved to a minimum of {results.shape.offset_j:g} J; from the best predicted energy saving (top left) to "
+        "the worst (bottom right) in equal steps of rank.",
         f"{len(places)} small plots: three straight lines (falling, level, rising) over dots of simulated runs.",
     )
 

@@ -14,8 +14,8 @@ from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.graph import graph_of_tree, process_energy_j
 from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
-from robojoule.robots.robot import Robot
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+from robojoule.robots.robot import Robot
 
 SAME_POSITION_RAD = 1e-6
 

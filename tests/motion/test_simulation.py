@@ -120,7 +120,7 @@ def test_at_rest_power_is_idle_power(robot):
 def test_slow_motion_approaches_idle_power(robot):
     """Without Coulomb friction and drive-active power the mean power tends to idle as the speed goes to zero."""
     bare = kr16()
-    bare.drives = dataclasses.replace(robot.drives, coulomb_nm=np.zeros(6), drive_active_power_w=0.0)
+    bare = bare.variant(drives=dataclasses.replace(robot.drives, coulomb_nm=np.zeros(6), drive_active_power_w=0.0))
     start = np.radians([0.0, -90, 90, 0, 0, 0])
     end = start + np.array([1.0, 0, 0, 0, 0, 0])  # joint 1 moves nothing against gravity: idle is the same all along
     paths = MotionPaths(bare, start, end)
@@ -217,7 +217,7 @@ def test_regeneration_returns_energy(robot):
     start, end = random_motions(robot, 5)
     plain = MotionPaths(robot, start, end).simulate([1.0])
     returning = kr16()
-    returning.drives = dataclasses.replace(robot.drives, regeneration_efficiency=0.8)
+    returning = returning.variant(drives=dataclasses.replace(robot.drives, regeneration_efficiency=0.8))
     runs = MotionPaths(returning, start, end).simulate([1.0])
     assert runs.braking_j == pytest.approx(0.2 * plain.braking_j)
     assert runs.energy_j == pytest.approx(plain.energy_j - 0.8 * plain.braking_j)
@@ -247,8 +247,8 @@ def test_ruckig_and_the_closed_form_give_the_same_laws_for_every_robot(name):
     found, expected = own.laws(peaks, rows), other.laws(peaks, rows)
     assert np.abs(found.duration_s - expected.duration_s).max() <= 1e-12
     for field in ("jerk", "acceleration", "velocity", "position"):
-        ours, theirs = getattr(found, field), getattr(expected, field)
-        assert (np.abs(ours - theirs) <= 1e-12 * np.abs(theirs).max(axis=-1, keepdims=True)).all(), field
+        one, other = getattr(found, field), getattr(expected, field)
+        assert (np.abs(one - other) <= 1e-12 * np.abs(other).max(axis=-1, keepdims=True)).all(), field
 
 
 def test_engines_change_rounding_alone(robot):
