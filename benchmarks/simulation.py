@@ -5,8 +5,8 @@ for the power, the same model. The *floor* is what no simulation along a path ca
 at the fewest path nodes that keep energies within 0.1 %, by the faster of two routes (`rneaInParallel` of Pinocchio
 three times per node, or the recursion along paths), and one Ruckig call per run for six joints in phase, with the
 limits of the run. `ratio_to_least_floor` takes bare calls for one path coordinate instead. *Pinocchio and Ruckig* is
-the same simulation with these for engines, as the stage simulate_motions runs it. Everything runs on one core, interleaved,
-and is quoted as medians.
+the same simulation with these for engines, as the stage simulate_motions runs it. Everything runs on one core,
+interleaved, and is quoted as medians.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ def savings(results: Results, style: Style) -> Drawing:
     figure.legend(loc="outside lower center", ncols=3, fontsize=7)
     return Drawing(
         figure,
-        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: robojoule, "
-        "black: the thesis's savings recomputed by Eq. 6.1.",
+        "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: "
+        "robojoule, black: the thesis's savings recomputed by Eq. 6.1.",
         "Lines of energy saving over cycle time for every method, robojoule's in colour and the thesis's in black. The "
         "numbers stand in Table 6.1.",
     )
