@@ -124,12 +124,6 @@ class Scaling:
         return replace(numbers, copper_w_per_nm=self.anchors.copper_share * numbers.motor_speed_rad_s)
 
     @cached_property
-    def peak_over_effort(self) -> float:
-        """Peak over continuous torque of the fitted reference robot, the same for all of its joints. [-]"""
-        joint = self.reference.moving_joints[0]
-        return (joint.peak_effort_nm or 0.0) / (joint.effort_nm or 1.0)
-
-    @cached_property
     def kr300_limits(self) -> tuple[Array, Array]:
         """Effort [Nm] and speed limits [rad/s] of the KR300, interpolated over the rated payload."""
         small, large = (self.files[name] for name in self.anchors.kr300_between)
@@ -233,10 +227,9 @@ class Scaling:
             for joint, effort in zip(joints, self.effort_nm(name), strict=True):
                 joint["effort_nm"] = _rounded(effort)
             data["provenance"]["effort"]["note"] = _EFFORT_NOTE
-        for joint in joints:  # limits of collaborative arms are those of their safety functions: there is no more
-            published = joint["effort_nm"]
-            joint["peak_effort_nm"] = published if cobot else _rounded(published * self.peak_over_effort)
-        data["provenance"]["peak_effort"] = {"kind": "assumed", "note": _COBOT_PEAK_NOTE if cobot else _PEAK_NOTE}
+        for joint in joints:  # with more, the KR210 would leave the spread of a measured cell (docs/robots.md)
+            joint["peak_effort_nm"] = joint["effort_nm"]
+        data["provenance"]["peak_effort"] = {"kind": "assumed", "note": _PEAK_NOTE}
         file = parse(RobotFile, data, name)
         effort, velocity = limits(file)
         numbers = self.numbers(name, effort).drives(effort, velocity)
@@ -271,8 +264,7 @@ _EFFORT_NOTE = (
     "its largest gravity torque, the others in proportion; constants are medians over arms with published limits "
     "(robojoule.robots.scaling)"
 )
-_PEAK_NOTE = "published limits taken as continuous; peak over continuous torque as fitted for the KR16 R2010"
-_COBOT_PEAK_NOTE = "published limits taken as peak limits"
+_PEAK_NOTE = "the published limits taken as peak limits"
 _INDUSTRIAL_NOTE = (
     "scaled between the fitted KR16 R2010 and the identified KR300 R2500 by similarity (robojoule.robots.scaling)"
 )

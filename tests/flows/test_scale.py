@@ -88,5 +88,8 @@ def test_runners_that_cannot_be_had_are_refused(runner: str, workers: int, addre
 def test_bad_input_ends_with_one_sentence_before_anything_starts(tmp_path: Path):
     command = [sys.executable, "-m", "flows.scale", "--motions", "10", "--out", str(tmp_path / "set")]
     failed = run(*command, "--robot", "kuka", cwd=ROOT, code=2)
-    assert failed.stderr.startswith("flows.scale: unknown robot 'kuka'; allowed: ") and failed.stderr.count("\n") == 1
+    assert (
+        failed.stderr.startswith("flows.scale: unknown robot 'kuka' (did you mean kuka_kr")
+        and failed.stderr.count("\n") == 1
+    )
     assert not (tmp_path / "set").exists()

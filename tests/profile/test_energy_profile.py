@@ -56,6 +56,8 @@ def test_torques_beyond_a_limit_are_said():
     beyond = replace(simulated_profile(kr16(), START, END, 2), peak_torque_ratio=1.234)
     assert beyond.warnings == (torque_warning(1.234),)
     assert "reaches 123.4 % of its peak limit: lighten" in beyond.warnings[0]
+    hot = replace(beyond, rms_torque_ratio=1.1)
+    assert "root mean square of 110.0 % of its continuous limit" in hot.warnings[1]
 
 
 BAD = {

@@ -24,7 +24,7 @@ BAD = {
     "robot by its path": (
         ("robot", "name"),
         "arms/own.json",
-        "robot.name: 'arms/own.json' is not in the catalog .*; allowed: .*kuka_kr16_r2010_2",
+        "robot.name: 'arms/own.json' is not in the catalog .*; allowed: fanuc_crx10ia, ",
     ),
     "payload above the rated one": (
         ("robot", "payload_kg"),

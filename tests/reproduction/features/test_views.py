@@ -70,8 +70,9 @@ def test_missing_and_garbled_files_are_named(data: DataSet, tmp_path: Path, tabl
     whole = path.read_bytes()
     for content in (whole[: len(whole) // 2], b""):
         path.write_bytes(content)
-        with pytest.raises(InputError, match=re.escape(f"{sources[table]}: the file cannot be read (")):
+        with pytest.raises(InputError, match=re.escape("the file cannot be read (")) as caught:
             features.connect(**sources)
+        assert caught.value.file == str(sources[table])
     path.unlink()
     with pytest.raises(InputError) as caught:
         features.connect(**sources)
