@@ -86,7 +86,11 @@ def test_an_interrupted_command_says_so_and_writes_nothing(program, monkeypatch,
 
     monkeypatch.setattr(Path, "replace", interrupted)
     out = tmp_path / "curve.csv"
-    assert main(["pareto", str(program), "--robot", "kuka_kr16_r2010_2", "--csv", str(out)]) == 130
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start jobs of scripts deaf to it
+    try:
+        assert main(["pareto", str(program), "--robot", "kuka_kr16_r2010_2", "--csv", str(out)]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert capsys.readouterr().err == "robojoule pareto: interrupted\n"
     assert list(tmp_path.iterdir()) == []
 
