@@ -31,6 +31,27 @@ class Claim:
         return {"claim": self.claim, "thesis": self.thesis, "robojoule": self.robojoule, "held": verdict(self.held)}
 
 
+BY_ROUNDING = "held as printed"
+"""Remark on a claim that holds only because both figures are rounded to the digits that the thesis printed."""
+
+
+def held_as_printed(found: float, published: float, *, least: bool = False) -> tuple[bool, str]:
+    """Whether a figure reaches a published one, both with the digits that were printed.
+
+    Args:
+        found: What comes out here.
+        published: What the thesis printed; trailing zeros do not count.
+        least: Whether the published figure is the least one that will do, instead of the largest.
+
+    Returns:
+        The verdict, and a remark where rounding alone makes it true, else nothing.
+    """
+    digits = len(f"{published:g}".partition(".")[2])
+    sign = -1.0 if least else 1.0
+    held = sign * round(found, digits) <= sign * published
+    return held, f"; {BY_ROUNDING}" if held and sign * found > sign * published else ""
+
+
 COLUMNS = tuple(field.name for field in fields(Claim))
 
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from robojoule.documents import Document, load
@@ -39,10 +40,16 @@ class RobotParams(Document):
     name: str = Field(min_length=1, description="Catalog name; a file elsewhere would be no dependency of a stage.")
     payload_kg: float = Field(ge=0, description="Payload mass, up to the rated payload. [kg]")
     payload_com_m: tuple[float, float, float] = Field(description="Centre of mass in the tool frame. [m]")
+    payload_inertia_kg_m2: tuple[float, float, float, float, float, float] | None = Field(
+        default=None, description="xx, yy, zz, xy, xz, yz about the centre of mass; an aluminium sphere if not given."
+    )
 
     def robot(self, payload_kg: float | None = None) -> Robot:
-        """The robot with its payload, or with another mass in the same place. [kg]"""
-        return load_robot(self.name, Payload(self.payload_kg if payload_kg is None else payload_kg, self.payload_com_m))
+        """The robot with its payload, or with another mass of the same shape in the same place. [kg]"""
+        mass_kg, inertia = self.payload_kg if payload_kg is None else payload_kg, None
+        if self.payload_inertia_kg_m2 is not None:
+            inertia = np.array(self.payload_inertia_kg_m2) * (mass_kg / self.payload_kg if self.payload_kg else 1.0)
+        return load_robot(self.name, Payload(mass_kg, self.payload_com_m, inertia))
 
 
 class GenerateTreesParams(Document):
@@ -115,6 +122,7 @@ class EvaluatePlansParams(Document):
         min_length=1, description="Cycle times as shares of the least one. [%]"
     )
     krc_segments: list[Annotated[int, Field(ge=1, le=100)]] = Field(min_length=1)
+    krc_slowest_percent: Percent = Field(description="Slowest of the five profiling runs of `krc_polynomial`.")
     three_segment: ThreeSegmentParams
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")

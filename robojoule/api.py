@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
-from robojoule.inputs import shown
+from robojoule.inputs import as_number, shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from robojoule.calibration.log import MeasuredLog
 
 RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
+SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
+_LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
 
 
 class _Result(Protocol):
@@ -62,7 +64,9 @@ def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
 
 
 @_finite
-def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
+def optimize(
+    program: Program, robot: Robot, *, cycle_time: float | str, slowest_speed_limit_percent: float = SLOWEST_PERCENT
+) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
     Speed limits of the program as given are not kept; its waits and process steps are, and may only become longer.
@@ -72,13 +76,15 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
         robot: Robot with its payload.
         cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, its waits and speed limits
             included ("+10%").
+        slowest_speed_limit_percent: Least speed limit of a plan's motions, 0.01 to 100. The optimum is that within
+            this bound (the thesis's is 10). [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time is not valid.
+        InputError: The program does not fit the robot, or the cycle time or the bound is not valid.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    batch = _moving(program, robot)  # the motions and their optimisation graph
+    batch = _moving(program, robot, slowest_speed_limit_percent)  # the motions and their optimisation graph
     at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
@@ -118,17 +124,18 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
 
 
 @_finite
-def pareto(program: Program, robot: Robot) -> TradeOff:
+def pareto(program: Program, robot: Robot, *, slowest_speed_limit_percent: float = SLOWEST_PERCENT) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
     Args:
         program: What the robot does in a cycle.
         robot: Robot with its payload.
+        slowest_speed_limit_percent: Least speed limit of the motions, 0.01 to 100. [%]
 
     Raises:
-        InputError: The program does not fit the robot.
+        InputError: The program does not fit the robot, or the bound is not valid.
     """
-    return trade_offs(_moving(program, robot))[0]
+    return trade_offs(_moving(program, robot, slowest_speed_limit_percent))[0]
 
 
 @_finite
@@ -189,17 +196,19 @@ def identify(
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
 
 
-def _batch(program: Program, robot: Robot) -> TreeBatch:
+def _batch(program: Program, robot: Robot, slowest_percent: float = SLOWEST_PERCENT) -> TreeBatch:
     """The motions and the optimisation graph of a program, checked against its robot."""
+    key = "slowest_speed_limit_percent"
+    slowest = as_number(slowest_percent, key, least=_LEAST_PERCENT, most=100.0, unit="%") / 100.0
     if not isinstance(program, Program):
         raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
     program.check(_checked_robot(robot))
-    return TreeBatch(robot, [program.tree])
+    return TreeBatch(robot, [program.tree], slowest)
 
 
-def _moving(program: Program, robot: Robot) -> TreeBatch:
+def _moving(program: Program, robot: Robot, slowest_percent: float) -> TreeBatch:
     """The same of a program that has something to plan."""
-    batch = _batch(program, robot)
+    batch = _batch(program, robot, slowest_percent)
     if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
         raise InputError("there is no motion: all positions of the program are the same", file=program.path)
     return batch

@@ -29,13 +29,19 @@ THESIS_SAVINGS = {
 RANGE_TOLERANCE = 5.0  # percentage points by which the range of savings may miss the thesis's
 
 
-def plan_claims(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
-    """Claims about plans; those without data are left out."""
+def plan_claims(results: ExperimentResults, batch: TreeBatch, krc_slowest: float) -> list[Claim]:
+    """Claims about plans; those without data are left out.
+
+    Args:
+        results: Plans of all methods.
+        batch: Their trees.
+        krc_slowest: Speed limit of the slowest profiling run of `krc_polynomial`. [-]
+    """
     rows = _order_of_methods(results) + _more_segments(results) + _range(results)
     if PREDICTED in results.outcomes and _krc_segments(results):
         segments = min(_krc_segments(results))
         rows += _spread(results, segments) + _waits(results, batch, segments)
-    return rows + _profiling(results, batch)
+    return rows + _profiling(results, batch, krc_slowest)
 
 
 def _krc_segments(results: ExperimentResults) -> list[int]:
@@ -148,7 +154,7 @@ def _mid_cycle_wait_s(prior_s: Array, post_s: Array) -> float:
     return float(prior_s[1:].sum() + post_s[:-1].sum())
 
 
-def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
+def _profiling(results: ExperimentResults, batch: TreeBatch, krc_slowest: float) -> list[Claim]:
     rows = []
     if _krc_segments(results):
         speed, duration = (results.spacing_saving_percent(spacing) for spacing in ("speed", "duration"))
@@ -161,7 +167,7 @@ def _profiling(results: ExperimentResults, batch: TreeBatch) -> list[Claim]:
                 abs(speed - duration) < 1.0,
             )
         )
-    five = float(batch.paths.durations(profiling_speed_limits(batch, "speed")).sum())
+    five = float(batch.paths.durations(profiling_speed_limits(batch, "speed", krc_slowest)).sum())
     two = float((batch.d_min_s + batch.d_max_s).sum())
     rows.append(
         Claim(

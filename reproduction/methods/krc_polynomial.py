@@ -20,10 +20,6 @@ from robojoule.profile.sampled import SampledProfile, sampled_profiles
 
 PROFILING_RUNS = 5  # runs from which the original plug-in fits Eq. 3.1
 POINT_SPACINGS = ("speed", "duration")
-# Speed limit of the slowest of them. The thesis does not state it. From 10 % on, where its own profiles start, Eq. 3.1
-# is so wrong near the optimum that four chords save a quarter less than it printed at 110 to 150 %; from 15 % on they
-# save what it printed. Chosen on its Table 6.1, four segments: with six, and beyond 150 %, the table remains a check.
-PROFILING_SLOWEST = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +30,14 @@ class KrcPolynomial:
         segments: Number of chords.
         point_spacing: How the profiling runs are spaced, see `profiling_speed_limits`.
         idle_end_w: Idle power at the end of each motion as the plug-in takes it, shape (M,). [W]
+        slowest_profiling: Speed limit of the slowest profiling run, a fraction. The thesis does not state it.
         planner: Solves the planning model.
     """
 
     segments: int
     point_spacing: str
     idle_end_w: Array
+    slowest_profiling: float
     planner: Planner = model_plans
 
     @property
@@ -49,7 +47,7 @@ class KrcPolynomial:
 
     def plan(self, batch: TreeBatch, cycle_times_s: Array) -> MethodPlans:
         """Plan every tree; see `Method.plan`."""
-        limits = profiling_speed_limits(batch, self.point_spacing)
+        limits = profiling_speed_limits(batch, self.point_spacing, self.slowest_profiling)
         runs = batch.paths.simulate(limits)
         profiles = sampled_profiles(runs.duration_s, runs.energy_j, limits)
         prior = batch.predecessors(self.idle_end_w)
@@ -59,15 +57,16 @@ class KrcPolynomial:
         return plans_by_costs(batch, costs, cycle_times_s, self.planner, runs_per_motion=PROFILING_RUNS)
 
 
-def profiling_speed_limits(batch: TreeBatch, spacing: str) -> Array:
+def profiling_speed_limits(batch: TreeBatch, spacing: str, slowest: float) -> Array:
     """Speed limits of the five profiling runs of each motion, all giving distinct runs.
 
-    `speed`: equidistant from `PROFILING_SLOWEST` to the lowest one that gives the fastest run (above it, all runs
+    `speed`: equidistant from the slowest to the lowest one that gives the fastest run (above it, all runs
     are the same). `duration`: those whose durations are equidistant from d_min to the slowest one's.
 
     Args:
         batch: Trees.
         spacing: "speed" or "duration".
+        slowest: Speed limit of the slowest run, a fraction; not below that of the plans.
 
     Returns:
         Shape (M, 5). [-]
@@ -76,7 +75,7 @@ def profiling_speed_limits(batch: TreeBatch, spacing: str) -> Array:
         InputError: Unknown spacing.
     """
     shares = np.linspace(0.0, 1.0, PROFILING_RUNS)
-    slowest, top = max(PROFILING_SLOWEST, batch.slowest_speed_limit), batch.saturating_speed_limits[:, np.newaxis]
+    slowest, top = max(slowest, batch.slowest_speed_limit), batch.saturating_speed_limits[:, np.newaxis]
     if spacing == "speed":
         return np.asarray(np.minimum(slowest + shares * (top - slowest), 1.0))
     if spacing != "duration":

@@ -45,7 +45,7 @@ METHODS: dict[str, Callable[[Knowledge, EvaluatePlansParams], list[Method]]] = {
     "uniform": lambda known, settings: [Uniform()],
     "greedy": lambda known, settings: [Greedy(known.simulated, known.runs_per_motion)],
     "krc_polynomial": lambda known, settings: [
-        KrcPolynomial(segments, spacing, known.final_power_w)
+        KrcPolynomial(segments, spacing, known.final_power_w, settings.krc_slowest_percent / 100.0)
         for spacing in POINT_SPACINGS
         for segments in settings.krc_segments
     ],

@@ -24,7 +24,9 @@ def energy_model_metrics(robot: Robot, motions: pa.Table, runs: pa.Table) -> dic
     experiment = np.flatnonzero(np.array(motions["split"].to_pylist()) == "experiment")
     tree = np.unique(motions["tree_id"].to_pylist(), return_inverse=True)[1]
     idle = motions["idle_power_end_w"].to_numpy()
-    tree_runs = TreeRuns(speed_limit, duration, energy, idle, tree)
+    joints = range(1, robot.joint_count + 1)
+    start, end = (np.column_stack([motions[f"{at}_q{j}_rad"] for j in joints]) for at in ("start", "end"))
+    tree_runs = TreeRuns(speed_limit, duration, energy, idle, tree, np.abs(end - start))
     figures = energy_model_figures(tree_runs, experiment, idle_power_home_w(robot))
     figures |= {
         "idle_power_min_w": float(idle.min()),

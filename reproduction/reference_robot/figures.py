@@ -1,4 +1,4 @@
-"""Figures by which an energy model is held against the thesis: power level, trees, profiles, idle power, an example."""
+"""Figures that hold an energy model against the thesis: power, trees, profiles, idle power, joints, an example."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ class TreeRuns:
         energy_j: Energies, shape (M, S). [J]
         idle_power_w: Idle power at the end of each motion, shape (M,). [W]
         tree: Tree of each motion, shape (M,).
+        joint_change_rad: Absolute change of each joint, shape (M, n). [rad]
     """
 
     speed_limit: Array
@@ -36,11 +37,12 @@ class TreeRuns:
     energy_j: Array
     idle_power_w: Array
     tree: Index
+    joint_change_rad: Array
 
     def of(self, rows: Index) -> TreeRuns:
         """Those of some motions."""
-        parts = (self.duration_s[rows], self.energy_j[rows], self.idle_power_w[rows], self.tree[rows])
-        return TreeRuns(self.speed_limit, *parts)
+        parts = (self.duration_s, self.energy_j, self.idle_power_w, self.tree, self.joint_change_rad)
+        return TreeRuns(self.speed_limit, *(part[rows] for part in parts))
 
 
 def idle_power_home_w(robot: Robot) -> float:
@@ -57,7 +59,7 @@ def energy_model_figures(runs: TreeRuns, experiment: Index, home_w: float) -> di
         home_w: Idle power at HOME. [W]
 
     Returns:
-        The figures by name, see `reproduction.reference_robot.check`.
+        The figures by name, as `targets.yaml` lists them.
     """
     duration_tree, energy_tree = of_trees(runs.of(experiment))
     power = energy_tree / duration_tree
@@ -89,6 +91,30 @@ def energy_model_figures(runs: TreeRuns, experiment: Index, home_w: float) -> di
         "rising_linear_r2": rising_linear_r2(duration, energy),
         "rising_slope_over_idle": chord / home_w,
         "example_motion_deviation": float(np.abs(example_deviations(duration, energy)).max(axis=1).min()),
+        **travel_correlations(moving.joint_change_rad, saving_j),
+    }
+
+
+def travel_correlations(joint_change_rad: Array, saving_j: Array) -> dict[str, float]:
+    """How the energy saving goes with the travel of the joints, as Pearson's r (thesis section 4.3, Figure 4.5).
+
+    Args:
+        joint_change_rad: Absolute change of each joint, shape (M, n) with n of 4 or more. [rad]
+        saving_j: Energy savings, shape (M,). [J]
+
+    Returns:
+        Correlation with the sum over all joints, the least and that of joint 2 over the others' best among joints
+        1-3, the largest of the wrist's joints; nan each where motions or savings do not differ. [-]
+    """
+    total = np.column_stack([joint_change_rad, joint_change_rad.sum(axis=1)])
+    x, y = total - total.mean(axis=0), saving_j - saving_j.mean()
+    scale = np.sqrt((x**2).sum(axis=0) * (y @ y))
+    r = np.divide(y @ x, scale, out=np.full(len(scale), np.nan), where=scale > 0.0)
+    return {
+        "saving_correlation_theta_sum": float(r[-1]),
+        "saving_correlation_least_main": float(r[:3].min()),
+        "saving_correlation_joint_2_lead": float(r[1] - max(r[0], r[2])),
+        "saving_correlation_most_wrist": float(r[3:-1].max()),
     }
 
 

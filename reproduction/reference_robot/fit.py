@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping
+from copy import copy
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,10 +65,11 @@ class FitMotions:
 
     def figures(self, robot: Robot) -> dict[str, float]:
         """Figures of a robot that differs in its drives and peak torques only."""
-        paths = self.paths
+        paths = copy(self.paths)
         paths.robot, paths.timing = robot, PathTiming(robot, paths.torques, paths.path)
         runs = paths.simulate(SPEED_LIMITS)
-        tree_runs = TreeRuns(SPEED_LIMITS, runs.duration_s, runs.energy_j, paths.idle_power_end_w, self.tree)
+        idle, change = paths.idle_power_end_w, np.abs(paths.delta_rad)
+        tree_runs = TreeRuns(SPEED_LIMITS, runs.duration_s, runs.energy_j, idle, self.tree, change)
         return energy_model_figures(tree_runs, np.arange(len(self.tree)), idle_power_home_w(robot))
 
 

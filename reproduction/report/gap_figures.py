@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from reproduction.report.drawing import Drawing
-from reproduction.report.labels import key_label
+from reproduction.report.labels import KNOWN_PLANT, key_label
 from reproduction.report.results import Results, Rows, number, published
 from robojoule.plots.style import Style
 
@@ -35,7 +35,8 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
         figure,
         f"Above: mean gap between re-simulated plans and the re-simulated proven optimum of {rows[0]['trees']} trees, "
         "with 95 % confidence bands (bootstrap over trees); the axis is linear below 0.01 %. Below: mean saving by "
-        f"Eq. 6.1, with the thesis's published figures in black, of its own trees. {_summary(rows)}.",
+        f"Eq. 6.1, with the thesis's published figures in black, of its own trees. {results.plan_bound} "
+        f"{KNOWN_PLANT} {_summary(rows)}.",
         "Lines with bands of the gap to the optimum over cycle time, one per method, above lines of the saving with "
         f"the thesis's. {_summary(rows)}. The numbers are in the tables of gaps.",
     )
@@ -55,7 +56,7 @@ def savings(results: Results, style: Style) -> Drawing:
     return Drawing(
         figure,
         "Average energy saving against the unoptimised tree that waits at HOME, over the cycle time; coloured: "
-        "robojoule, black: the thesis's savings recomputed by Eq. 6.1.",
+        f"robojoule, black: the thesis's savings recomputed by Eq. 6.1. {results.plan_bound} {KNOWN_PLANT}",
         "Lines of energy saving over cycle time for every method, robojoule's in colour and the thesis's in black. The "
         "numbers stand in Table 6.1.",
     )

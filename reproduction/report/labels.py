@@ -15,6 +15,13 @@ METHODS = {
     "optimum": "proven optimum",
 }
 
+# Said beside the figures of the pipeline's plans, whose robot is the entry itself.
+KNOWN_PLANT = (
+    f"In this pipeline the robot is its catalog entry, so {METHODS['robojoule_predicted']}, knows it; only the studies "
+    "test what a predictor cannot know."
+)
+STUDIED = f"{METHODS['robojoule_predicted']}, a robot that differs from its entry (study)"
+
 # What only the studies compare.
 CASES = {
     "robojoule_predicted_cautious": "robojoule, predicted, cautious",

@@ -10,6 +10,7 @@ from typing import Any
 
 from reproduction.report import tables
 from reproduction.report.gallery import Picture
+from reproduction.report.labels import KNOWN_PLANT
 from reproduction.report.results import Results
 
 TEMPLATE = "page.html.j2"
@@ -73,6 +74,8 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
             *([tables.gap_table(rows, "Experiment trees")] if (rows := results.table("gaps")) else []),
             *([tables.win_table(rows, "Experiment trees")] if (rows := results.table("wins")) else []),
         ],
+        known_plant=KNOWN_PLANT,
+        plan_bound=results.plan_bound,
         studies=tables.study_tables(results),
         table_6_2=_with_published(results, "table_6_2", "cycle times of 110, 121 and 133 %"),
         table_6_3=_with_published(results, "table_6_3", "cycle times of 150, 175 and 200 %"),

@@ -106,6 +106,12 @@ class Results:
         bounds = pairwise([*first.tolist(), len(runs["motion_id"])])
         return {int(motion): slice(a, b) for motion, (a, b) in zip(motions, bounds, strict=True)}, runs
 
+    @cached_property
+    def plan_bound(self) -> str:
+        """What captions say of the least speed limit, that of the slowest runs."""
+        least = float(self._runs[1]["speed_limit"].min()) * 100.0
+        return f"No plan uses a speed limit below {least:g} %, that of the slowest run; the optimum keeps to it, too."
+
     def profile(self, motion_id: int) -> SampledProfile:
         """Distinct runs of a motion."""
         rows, runs = self._runs

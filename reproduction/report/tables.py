@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from reproduction.report.gap_figures import PARTS, matching
-from reproduction.report.labels import METHODS, MODELS, TARGETS, key_label, method_label
+from reproduction.report.labels import KNOWN_PLANT, METHODS, MODELS, STUDIED, TARGETS, key_label, method_label
 from reproduction.report.results import Results, Rows, number, published
 from robojoule.plots.style import MINUS
 
@@ -16,6 +16,7 @@ QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": 
 UNITS = {"_percent": "%", "_j_per_s": "J/s", "_kg": "kg", "_rad": "rad", "_w": "W", "_j": "J", "_s": "s", "_m": "m"}
 # Symbols of the thesis inside column names; "@" keeps an underscore.
 SYMBOLS = {"ec_d_min": "EC d@min", "d_min": "d@min", "krc_": "KRC "}
+STUDY_COLUMNS = {"saving_percent": "saving_mean_percent", "gap_to_optimum_percent": "gap_mean_percent"}
 ERRORS = {"abs": "absolute", "rel_percent": "relative [%]"}
 
 
@@ -41,8 +42,12 @@ def _cell(value: float, digits: int = 2) -> str:
 
 
 def table_6_1(results: Results) -> list[Table]:
-    """Savings by Eq. 6.1, savings in the published convention, and gaps; one row per method."""
+    """Savings by Eq. 6.1, savings in the published convention, and gaps; one row per method.
+
+    Beside them, what the predictor reaches in a study, on a robot that differs from its entry, with the same payload.
+    """
     tables = []
+    note = f"{results.plan_bound} {KNOWN_PLANT}"
     for name, what in (("table_6_1", "all experiment trees"), ("table_6_1_thesis", "the thesis's subsets of trees")):
         rows = results.table(name)
         if not rows:
@@ -53,11 +58,27 @@ def table_6_1(results: Results) -> list[Table]:
             ("gap_to_optimum_percent", "Gap to the proven optimum [%]", ""),
         ):
             if column in rows[0]:
-                tables.append(_by_cycle_time(f"{caption}, {what}", rows, column, suffix))
+                studied = _studied(results, STUDY_COLUMNS.get(column, ""))
+                tables.append(_by_cycle_time(f"{caption}, {what}", rows, column, suffix, studied, note))
     return tables
 
 
-def _by_cycle_time(caption: str, rows: Rows, column: str, published_suffix: str) -> Table:
+def _studied(results: Results, column: str) -> dict[float, float]:
+    """What the predictor reaches in the study of the same robot and payload, by cycle time in per cent."""
+    robot = results.robot
+    return {
+        number(row["relaxation_percent"]): number(row[column])
+        for row in matching(
+            results.study("motions_gaps"),
+            {"regime": "same_robot", "robot": robot.name, "method": "robojoule_predicted"},
+        )
+        if column and row["payload_kg"] != "all" and number(row["payload_kg"]) == robot.payload.mass_kg
+    }
+
+
+def _by_cycle_time(
+    caption: str, rows: Rows, column: str, published_suffix: str, studied: dict[float, float], note: str
+) -> Table:
     percents = sorted({number(row["relaxation_percent"]) for row in rows})
     lines: dict[str, dict[float, float]] = {}
     order = list(METHODS)
@@ -68,6 +89,8 @@ def _by_cycle_time(caption: str, rows: Rows, column: str, published_suffix: str)
         if row.get("subset"):
             label += f", trees {row['subset']}"
         lines.setdefault(label, {})[number(row["relaxation_percent"])] = number(row[column])
+    if studied and METHODS["robojoule_predicted"] in lines:
+        lines[STUDIED] = studied
     own = len(lines)
     if published_suffix:
         for method, key in (("KRC polynomial", "krc"), ("predicted", "pred")):
@@ -77,7 +100,7 @@ def _by_cycle_time(caption: str, rows: Rows, column: str, published_suffix: str)
                 lines.setdefault(label, {})[number(row["relaxation_percent"])] = value
     trees = " to ".join(dict.fromkeys(sorted((row["trees"] for row in rows), key=number)))
     return Table(
-        f"{caption}; {trees} trees per row",
+        f"{caption}; {trees} trees per row. {note}",
         ("method", *(f"{percent:g} %" for percent in percents)),
         tuple(
             (label, *(_cell(values.get(percent, float("nan"))) for percent in percents))

@@ -27,10 +27,18 @@ class PlantBatch(TreeBatch):
         trees: Operation trees.
         plant: The plant.
         viscosity: Factor on viscous friction of each tree, shape (T,). [-]
+        slowest_speed_limit: Least speed limit of a plan. [-]
     """
 
-    def __init__(self, nominal: Robot, trees: Sequence[OperationTree], plant: Plant, viscosity: Array) -> None:
-        super().__init__(nominal, trees)
+    def __init__(
+        self,
+        nominal: Robot,
+        trees: Sequence[OperationTree],
+        plant: Plant,
+        viscosity: Array,
+        slowest_speed_limit: float,
+    ) -> None:
+        super().__init__(nominal, trees, slowest_speed_limit)
         self.plant = plant
         self.nominal_paths = self.paths
         lengths = [rows.stop - rows.start for rows in self.rows]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from reproduction.config import Budget, ForestParams, SpeedLimits
+from reproduction.config import Budget, ForestParams, Percent, SpeedLimits
 from reproduction.study.plant import PlantParams
 from robojoule.documents import Document, load
 
@@ -26,6 +26,7 @@ class StudyMotionsParams(Document):
     runs_per_motion: int = Field(
         ge=2, description="Observed runs of each motion that the physics-informed model reads."
     )
+    krc_slowest_percent: Percent = Field(description="Slowest of the five profiling runs of `krc_polynomial`.")
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     fine_speed_limits: int = Field(ge=10, description="Speed limits of the fine grid on which predictions are judged.")
     dense_speed_limits: int = Field(ge=30, description="Speed limits of the true profiles before refinement.")

@@ -57,9 +57,9 @@ def hull_profiles(paths: MotionPaths, speed_limits: Array) -> FixedProfiles:
     return FixedProfiles(hulls, paths.idle_power_start_w, paths.idle_power_end_w)
 
 
-def polynomial_method(batch: PlantBatch, segments: int) -> Method:
+def polynomial_method(batch: PlantBatch, segments: int, slowest_percent: float) -> Method:
     """The original plug-in: five runs of the plant, Eq. 3.1, equidistant chords, true idle power."""
-    return KrcPolynomial(segments, "speed", batch.idle_post_w, chain_plans)
+    return KrcPolynomial(segments, "speed", batch.idle_post_w, slowest_percent / 100.0, chain_plans)
 
 
 def three_segment_method(parameters: Array) -> PredictedThreeSegment:

@@ -2,14 +2,15 @@
 
 Drawn from a seed, robot by robot (so that a robot's plant does not change if others are added):
 
-    link inertia      relative errors of mass, centre and extent within +-15 %, each body physical
-    drives            friction and copper log-normal round the entry (0.25), base power (0.1), rotor inertia (0.1)
+    link inertia      relative errors of mass, centre and extent within +-22 %, each body physical
+    drives            friction and copper log-normal round the entry (0.35), base power (0.2), rotor inertia (0.2)
     gear efficiency   load-dependent friction of 2-6 % of the transmitted torque, joint by joint (0 in the entry)
     shear thinning    viscous torque B v (|v| / v_max)^-gamma: friction has another form than the entry's
-    temperature       hidden state of each tree: a factor on viscous friction, log-normal (0.15)
+    temperature       hidden state of each tree: a factor on viscous friction, log-normal (0.22)
 
-The controller's model is the entry: time laws and durations are the nominal ones. Energies of the plant are integrated
-with more nodes than the predictor's. Training labels get multiplicative noise, test labels none.
+All spreads exceed what the predictor expects. The controller's model is the entry: time laws and durations are the
+nominal ones. Energies of the plant are integrated with more nodes than the predictor's. Training labels get
+multiplicative noise, test labels none.
 """
 
 from __future__ import annotations
@@ -36,13 +37,13 @@ _FINER = 1.5  # quadrature nodes of the plant over those of the simulation
 class PlantParams(Document):
     """How far plants differ from their catalog entries."""
 
-    inertia_spread: float = Field(default=0.15, ge=0, lt=1, description="Largest relative error of link inertia. [-]")
-    drive_spread: float = Field(default=0.25, ge=0, description="Log-normal scatter of friction and copper. [-]")
-    base_spread: float = Field(default=0.1, ge=0, description="Log-normal scatter of base power and rotors. [-]")
+    inertia_spread: float = Field(default=0.22, ge=0, lt=1, description="Largest relative error of link inertia. [-]")
+    drive_spread: float = Field(default=0.35, ge=0, description="Log-normal scatter of friction and copper. [-]")
+    base_spread: float = Field(default=0.2, ge=0, description="Log-normal scatter of base power and rotors. [-]")
     load_friction: tuple[float, float] = Field(default=(0.02, 0.06), description="Range of load friction. [-]")
     shear_thinning: float = Field(default=0.1, ge=0, lt=1, description="Exponent of the viscous torque. [-]")
-    temperature_spread: float = Field(default=0.15, ge=0, description="Log-normal scatter of viscosity by tree. [-]")
-    noise: float = Field(default=0.02, ge=0, lt=0.5, description="Relative noise of training energies. [-]")
+    temperature_spread: float = Field(default=0.22, ge=0, description="Log-normal scatter of viscosity by tree. [-]")
+    noise: float = Field(default=0.03, ge=0, lt=0.5, description="Relative noise of training energies. [-]")
 
 
 @dataclass(frozen=True)

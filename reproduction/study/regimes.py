@@ -89,7 +89,8 @@ class Case:
         """Random trees on the plant, each with a hidden state of its own."""
         found = generate_trees(self.robot, self.seeds[f"{split}_trees"], trees, self.motions)
         states = np.random.default_rng(self.seeds[f"{split}_state"]).standard_normal(trees)
-        return PlantBatch(self.robot, found, self.plant, np.exp(self.plant.params.temperature_spread * states))
+        viscosity = np.exp(self.plant.params.temperature_spread * states)
+        return PlantBatch(self.robot, found, self.plant, viscosity, float(speed_limits(self.motions)[0]))
 
     def observed(self, batch: PlantBatch, first_tree: int = 0) -> ObservedRuns:
         """Noisy runs of a batch at all speed limits; see `observe`."""
@@ -234,7 +235,7 @@ def same_robot(params: StudyParams, progress: Progress) -> RegimeTables:
     for case, forest, mean in zip(cases, learned, means, strict=True):
         batch = case.batch("test", settings.test_trees)
         methods = physics_methods(batch, predictors, motions, cautious=True) | {
-            "krc_polynomial_6": polynomial_method(batch, 6),
+            "krc_polynomial_6": polynomial_method(batch, 6, motions.krc_slowest_percent),
             "predicted_three_segment": three_segment_method(forest(batch)),
             **ablation_methods(batch, mean, motions.dense_speed_limits),
         }
@@ -311,7 +312,8 @@ def unseen_robot(params: StudyParams, progress: Progress, names: Sequence[str] |
             used = [full.only(rows)] if count else []
             predictors[f"robojoule_predicted_{count}"] = fit_profile_predictor(case.robot, used, prior, residual=False)
         batch = case.batch("test", settings.test_trees)
-        methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial_method(batch, 6)}
+        polynomial = polynomial_method(batch, 6, motions.krc_slowest_percent)
+        methods = physics_methods(batch, predictors, motions) | {"krc_polynomial_6": polynomial}
         plans.append(judged(tables, batch, predictors, methods, motions, "unseen_robot"))
         progress(f"unseen robot: {name} left out and planned")
     together: Row = {"regime": "unseen_robot", "robot": "all", "payload_kg": "rated share"}

@@ -46,6 +46,23 @@ def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) ->
         metavar=("X", "Y", "Z"),
         help="payload's centre of mass in the tool frame [m] (default: 0 0 0.1)",
     )
+    parser.add_argument(
+        "--payload-inertia",
+        type=numbers,
+        metavar="XX,YY,ZZ[,XY,XZ,YZ]",
+        help="payload's inertia about its centre of mass in tool axes [kg m2] (default: an aluminium sphere)",
+    )
+
+
+def add_slowest(parser: argparse.ArgumentParser) -> None:
+    """Add --slowest-speed-limit."""
+    parser.add_argument(
+        "--slowest-speed-limit",
+        type=number,
+        default=1.0,
+        metavar="PERCENT",
+        help="least speed limit of a motion; energies are least within this bound (default: 1; the thesis: 10)",
+    )
 
 
 def robot_of(arguments: argparse.Namespace) -> Robot:
@@ -53,7 +70,8 @@ def robot_of(arguments: argparse.Namespace) -> Robot:
     from robojoule.robots import load_robot
     from robojoule.robots.robot import Payload
 
-    return load_robot(arguments.robot, Payload(arguments.payload, tuple(arguments.payload_com)))
+    payload = Payload(arguments.payload, tuple(arguments.payload_com), arguments.payload_inertia)
+    return load_robot(arguments.robot, payload)
 
 
 def joints_of(degrees: Sequence[float], robot: Robot, where: str) -> Array:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._arguments import add_program, add_robot, add_slowest, check_outputs, robot_of
 from robojoule.cli._output import show_head, show_moves
 
 
@@ -20,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="seconds (7.5), or a share above the cycle time of the program as given, waits included (+10%%)",
     )
+    add_slowest(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with speed limits and waits here")
 
 
@@ -30,7 +31,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["program", "robot"], {"out": suffixes})
-    plan = optimize(load_program(arguments.program), robot_of(arguments), cycle_time=arguments.cycle_time)
+    plan = optimize(
+        load_program(arguments.program),
+        robot_of(arguments),
+        cycle_time=arguments.cycle_time,
+        slowest_speed_limit_percent=arguments.slowest_speed_limit,
+    )
     if arguments.out is not None:
         plan.save(arguments.out)
     return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}

@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._arguments import add_program, add_robot, add_slowest, check_outputs, robot_of
 from robojoule.cli._output import show_head
 
 _ROWS_SHOWN = 12
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="least",
         help="end at the cycle time with the least energy, or where all further time is waited (default: least)",
     )
+    add_slowest(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
 
@@ -35,7 +36,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
-    result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
+    curve = pareto(
+        load_program(arguments.program),
+        robot_of(arguments),
+        slowest_speed_limit_percent=arguments.slowest_speed_limit,
+    )
+    result = curve.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

@@ -16,7 +16,7 @@ from robojoule.programs.operation_tree import OperationTree
 from robojoule.programs.program import check_tree
 from robojoule.robots.robot import Robot
 
-SLOWEST_SPEED_LIMIT = 0.1  # the slowest run that a profile knows (thesis 4.3)
+SLOWEST_SPEED_LIMIT = 0.01  # the least whole percent, which controllers take
 
 
 class TreeBatch:
@@ -27,7 +27,7 @@ class TreeBatch:
     Args:
         robot: Robot that executes every tree.
         trees: Operation trees.
-        slowest_speed_limit: Speed limit that bounds durations from above, a fraction in (0, 1].
+        slowest_speed_limit: Least speed limit of a plan, a fraction in (0, 1].
 
     Raises:
         InputError: A tree does not fit the robot, or has coarse zones (their motions cannot be simulated singly).

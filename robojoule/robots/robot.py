@@ -31,8 +31,8 @@ class Payload:
     Attributes:
         mass_kg: Mass. [kg]
         com_m: Centre of mass in the tool frame. [m]
-        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3); a solid aluminium sphere of the
-            same mass if not given. [kg m2]
+        inertia_kg_m2: Inertia about the centre of mass in tool axes: shape (3, 3), or xx, yy, zz, or these and xy, xz,
+            yz; a solid aluminium sphere of the same mass if not given. [kg m2]
     """
 
     mass_kg: float = 0.0
@@ -52,11 +52,15 @@ class Payload:
         object.__setattr__(self, "com_m", tuple(center.tolist()))
         if self.inertia_kg_m2 is None:
             return
-        inertia = frozen(as_array(self.inertia_kg_m2, "payload", "the entries of its inertia"))
+        inertia = as_array(self.inertia_kg_m2, "payload", "the entries of its inertia")
+        if inertia.shape in ((3,), (6,)):
+            xx, yy, zz, xy, xz, yz = np.append(inertia, np.zeros(6 - inertia.size))
+            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         if inertia.shape != (3, 3) or not _is_inertia(inertia):
-            problem = "the inertia is not a symmetric positive semi-definite 3 x 3 matrix"
-            raise InputError(problem, key="payload", allowed=f"entries up to {LARGEST_INERTIA_KG_M2:g} kg m2")
-        object.__setattr__(self, "inertia_kg_m2", inertia)
+            problem = "the inertia is not that of a body: a symmetric positive semi-definite 3 x 3 matrix"
+            allowed = f"3, 6 or 3 x 3 numbers up to {LARGEST_INERTIA_KG_M2:g} kg m2"
+            raise InputError(problem, key="payload", allowed=allowed)
+        object.__setattr__(self, "inertia_kg_m2", frozen(inertia))
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""

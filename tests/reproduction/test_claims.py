@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from reproduction.claims import COLUMNS, Claim, read_claims, write_claims
+from reproduction.claims import BY_ROUNDING, COLUMNS, Claim, held_as_printed, read_claims, write_claims
 from robojoule.errors import InputError
 
 
@@ -11,6 +11,25 @@ def test_a_claim_is_one_row(held: bool | None, text: str):
     row = Claim("it saves", "10 %", "11 %", held).row()
     assert tuple(row) == COLUMNS
     assert list(row.values()) == ["it saves", "10 %", "11 %", text]
+
+
+@pytest.mark.parametrize(
+    ("found", "published", "least", "held", "by_rounding"),
+    [
+        (4.9, 5.0, False, True, False),
+        (5.04, 5.0, False, True, True),  # printed as 5
+        (5.6, 5.0, False, False, False),
+        (5.04, 4.8, False, False, False),
+        (4.84, 4.8, False, True, True),
+        (79.6, 80.0, True, True, True),
+        (79.4, 80.0, True, False, False),
+        (81.0, 80.0, True, True, False),
+        (float("nan"), 5.0, False, False, False),
+    ],
+)
+def test_figures_are_held_with_the_digits_that_were_printed(found, published, least, held, by_rounding):
+    verdict, remark = held_as_printed(found, published, least=least)
+    assert (verdict, BY_ROUNDING in remark) == (held, by_rounding)
 
 
 def test_claims_are_read_as_they_were_written(tmp_path: Path):

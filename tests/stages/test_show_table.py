@@ -31,6 +31,15 @@ def test_robojoule_s_figures_are_beside_the_thesis_s():
     assert lines.count("optimum 0.00 0.00") == 1
 
 
+def test_what_the_predictor_reaches_where_it_cannot_know_the_robot_stands_beside():
+    study = {"regime": "same_robot", "method": "robojoule_predicted", "payload_kg": "all", "trees": "300"}
+    study |= {"relaxation_percent": "110", "saving_mean_percent": "20.7757", "gap_mean_percent": "0.0094"}
+    others = [study | {"method": "oracle"}, study | {"payload_kg": "10.0"}, study | {"regime": "unseen_payload"}]
+    lines = [" ".join(line.split()) for line in table_text([ROW], published(), [study, *others]).splitlines()]
+    studied = [line for line in lines if "robot unlike its entry" in line]
+    assert [line.rsplit(" ", 1)[1] for line in studied] == ["20.78", "0.01"]
+
+
 def test_columns_are_aligned():
     lines = table_text([ROW, ROW | {"relaxation_percent": "200"}], published()).splitlines()
     cells = [line for line in lines if line.startswith("  ") and line.rstrip()[-1].isdigit()]

@@ -142,8 +142,8 @@ def test_rows_of_the_payload_sensitivity(results):
 
 
 def test_claims_are_judged_on_the_figures(results):
-    batch = TreeBatch(kr16(), [tree()])
-    claims = {claim.claim: claim for claim in plan_claims(results, batch)}
+    batch = TreeBatch(kr16(), [tree()], 0.1)
+    claims = {claim.claim: claim for claim in plan_claims(results, batch, 0.15)}
     held = {name: claim.held for name, claim in claims.items()}
     assert held["at 110 % the predicted profiles save more than the polynomial ones with 4 segments"] is True
     assert held["at 200 % the predicted profiles save less than the polynomial ones with 4 segments"] is False
@@ -165,7 +165,7 @@ def test_results_without_the_thesis_settings_have_fewer_rows():
     assert table_6_1_thesis(results) == []
     assert {row["saving_percent_published_convention"] for row in table_6_1(results)} == {""}
     assert "saving_percent_published_convention" not in metrics(results)["optimum"]["140"]
-    assert len(plan_claims(results, TreeBatch(kr16(), [tree()]))) == 4
+    assert len(plan_claims(results, TreeBatch(kr16(), [tree()], 0.1), 0.15)) == 4
 
 
 def test_every_vertex_has_a_row(results):

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from reproduction.methods.krc_polynomial import (
-    PROFILING_SLOWEST,
-    KrcPolynomial,
-    polynomial_costs,
-    profiling_speed_limits,
-)
+from reproduction.methods.krc_polynomial import KrcPolynomial, polynomial_costs, profiling_speed_limits
 from reproduction.methods.method import Variant
 from reproduction.methods.polynomial_profile import fit_polynomial
 from robojoule.errors import InputError
@@ -18,43 +13,45 @@ from robojoule.profile.sampled import sampled_profiles
 from tests.core_cases import kr16
 from tests.planning.trees import busy_tree, tree
 
+SLOWEST = 0.15
+
 
 @pytest.fixture(scope="module")
 def batch():
-    return TreeBatch(kr16(), [tree(), busy_tree()])
+    return TreeBatch(kr16(), [tree(), busy_tree()], 0.1)
 
 
 def test_profiling_runs_are_distinct_and_equidistant(batch):
     moving = batch.paths.moving
-    by_speed = profiling_speed_limits(batch, "speed")
+    by_speed = profiling_speed_limits(batch, "speed", SLOWEST)
     assert np.diff(by_speed, n=2, axis=1) == pytest.approx(0.0, abs=1e-12)
     durations = batch.paths.durations(by_speed)[moving]
     assert (np.diff(durations, axis=1) < -1e-6).all()
-    by_duration = batch.paths.durations(profiling_speed_limits(batch, "duration"))
+    by_duration = batch.paths.durations(profiling_speed_limits(batch, "duration", SLOWEST))
     assert np.diff(by_duration, n=2, axis=1) == pytest.approx(0.0, abs=1e-7)
     assert by_duration[:, 0] == pytest.approx(batch.d_min_s, abs=1e-9)
-    slowest_s = batch.paths.durations([PROFILING_SLOWEST])[:, 0]
+    slowest_s = batch.paths.durations([SLOWEST])[:, 0]
     assert by_duration[:, -1] == pytest.approx(slowest_s, abs=1e-9)
     with pytest.raises(InputError, match="unknown spacing 'energy'; allowed: speed, duration"):
-        profiling_speed_limits(batch, "energy")
+        profiling_speed_limits(batch, "energy", SLOWEST)
 
 
 def test_polynomial_costs_cover_the_whole_range_even_without_length(batch):
-    limits = profiling_speed_limits(batch, "speed")
+    limits = profiling_speed_limits(batch, "speed", SLOWEST)
     runs = batch.paths.simulate(limits)
     profiles = sampled_profiles(runs.duration_s, runs.energy_j, limits)
     costs = polynomial_costs(profiles, 4, np.full(11, 1.0), np.full(11, 2.0))
     for v, cost in enumerate(costs):
         assert cost.profile.segments == (4 if batch.paths.moving[v] else 0)
         assert cost.profile.d_min_s == pytest.approx(batch.d_min_s[v])
-        assert cost.profile.d_max_s == pytest.approx(batch.paths.durations([PROFILING_SLOWEST])[v, 0])
+        assert cost.profile.d_max_s == pytest.approx(batch.paths.durations([SLOWEST])[v, 0])
         assert (cost.idle_prior_w, cost.idle_post_w) == (1.0, 2.0)
 
 
 def test_both_planners_find_the_same_energy(batch):
     times = batch.least_cycles_s[:, None] * np.array([1.1, 1.6])
-    by_model = KrcPolynomial(4, "speed", batch.idle_post_w)
-    by_chain = KrcPolynomial(4, "speed", batch.idle_post_w, chain_plans)
+    by_model = KrcPolynomial(4, "speed", batch.idle_post_w, SLOWEST)
+    by_chain = KrcPolynomial(4, "speed", batch.idle_post_w, SLOWEST, chain_plans)
     assert by_model.variant == Variant("krc_polynomial", 4, "speed")
     assert by_model.variant.name == "krc_polynomial_4"
     for one, other in zip(by_model.plan(batch, times).plans, by_chain.plan(batch, times).plans, strict=True):

@@ -15,7 +15,7 @@ from tests.planning.trees import busy_tree, dense_plans, tree
 
 @pytest.fixture(scope="module")
 def batch():
-    return TreeBatch(kr16(), [tree(), busy_tree()])
+    return TreeBatch(kr16(), [tree(), busy_tree()], 0.1)
 
 
 @pytest.fixture(scope="module")

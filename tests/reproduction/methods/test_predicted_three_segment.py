@@ -23,7 +23,7 @@ def test_idle_power_is_the_rising_slope_or_that_of_the_vertex_before():
 
 
 def test_what_is_left_of_a_long_cycle_is_waited():
-    batch = TreeBatch(kr16(), [tree()])
+    batch = TreeBatch(kr16(), [tree()], 0.1)
     parameters = np.stack([np.full(4, 100.0), 1.3 * batch.d_min_s, np.full(4, 900.0)], axis=1)
     times = batch.least_cycles_s[:, None] * np.array([3.0])
     found = PredictedThreeSegment(parameters, ThreeSegmentShape()).plan(batch, times)

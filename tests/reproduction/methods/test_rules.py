@@ -16,7 +16,7 @@ from tests.planning.trees import busy_tree, tree
 
 @pytest.fixture(scope="module")
 def batch():
-    return TreeBatch(kr16(), [tree(), busy_tree()])
+    return TreeBatch(kr16(), [tree(), busy_tree()], 0.1)
 
 
 def test_unoptimized_waits_at_home(batch):

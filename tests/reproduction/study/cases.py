@@ -39,7 +39,7 @@ def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBa
     robot = nominal(payload_kg)
     states, places = np.random.SeedSequence(seed).spawn(2)
     factors = np.exp(of.params.temperature_spread * np.random.default_rng(states).standard_normal(trees))
-    return PlantBatch(robot, generate_trees(robot, places, trees, MOTIONS), of, factors)
+    return PlantBatch(robot, generate_trees(robot, places, trees, MOTIONS), of, factors, float(LIMITS[0]))
 
 
 def measured(of: Plant, trees: int, seed: int) -> ObservedRuns:

@@ -50,7 +50,7 @@ def test_plans_are_kept_on_the_plant(batch):
 
 
 def test_no_method_beats_the_optimum(batch):
-    methods = {"nominal_physics": nominal_physics(batch), "krc_polynomial_6": polynomial_method(batch, 6)}
+    methods = {"nominal_physics": nominal_physics(batch), "krc_polynomial_6": polynomial_method(batch, 6, 15.0)}
     plans = evaluate_plans(batch, methods, [100, 110, 150], 61)
     assert list(plans.energy_j) == ["unoptimized", "uniform", "greedy", *methods, "optimum"]
     for method in plans.energy_j:

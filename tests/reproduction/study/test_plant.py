@@ -2,7 +2,10 @@
 
 import numpy as np
 
+from reproduction.study.config import load_study_params
 from reproduction.study.plant import PlantDrives, PlantParams, PlantPaths, draw_plant
+from robojoule.calibration.run_fit import NOISE, STATE_SPREAD
+from robojoule.calibration.run_model import INERTIA_SPREAD, PRIOR_SPREAD
 from robojoule.robots.drives import DriveParameters
 from tests.reproduction.study import cases
 
@@ -35,6 +38,17 @@ def test_the_controller_is_the_nominal_one():
     runs, nominal = batch.paths.simulate(cases.LIMITS), batch.nominal_paths.simulate(cases.LIMITS)
     np.testing.assert_array_equal(runs.duration_s, nominal.duration_s)
     assert np.median(np.abs(runs.energy_j / nominal.energy_j - 1.0)) > 0.01
+
+
+def test_plants_are_further_from_the_entry_than_the_predictor_expects():
+    plant = load_study_params().plant
+    drives = [PRIOR_SPREAD[name] for name in ("coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2")]
+    others = [PRIOR_SPREAD[name] for name in ("base_power_w", "drive_active_power_w", "rotor_inertia_kg_m2")]
+    assert plant.inertia_spread > INERTIA_SPREAD
+    assert plant.drive_spread > max(drives)
+    assert plant.base_spread > max(others)
+    assert plant.temperature_spread > STATE_SPREAD
+    assert plant.noise > NOISE
 
 
 def test_each_tree_has_its_own_temperature():
