@@ -67,6 +67,28 @@ class TestOptimize:
         assert plan.energy_given_j == as_given.energy_j
         assert "longer than the plan" in plan.warnings[0]
 
+    def test_the_least_speed_limit_bounds_the_plan(self, robot):
+        """Within a wider bound no plan is worse; where waiting costs less than a slow run, both are the same."""
+        free, bound = (
+            rj.optimize(PROGRAM, robot, cycle_time="+150%", slowest_speed_limit_percent=percent)
+            for percent in (1.0, 60.0)
+        )
+        assert min(move.speed_limit_percent for move in bound.moves) >= 60.0 - 1e-6
+        assert min(move.speed_limit_percent for move in free.moves) < 60.0
+        assert free.energy_j < bound.energy_j
+        curves = [rj.pareto(PROGRAM, robot, slowest_speed_limit_percent=percent).curve for percent in (1.0, 60.0)]
+        at = [curve.energy_j(np.array([bound.cycle_time_s]))[0] for curve in curves]
+        assert at == pytest.approx([free.energy_j, bound.energy_j], rel=2e-4)
+
+    @pytest.mark.parametrize("percent", [0.0, -1.0, 101.0, float("nan"), "10"])
+    def test_a_least_speed_limit_out_of_range_is_refused(self, robot, percent):
+        for ask in (
+            lambda: rj.pareto(PROGRAM, robot, slowest_speed_limit_percent=percent),
+            lambda: rj.optimize(PROGRAM, robot, cycle_time="+10%", slowest_speed_limit_percent=percent),
+        ):
+            with pytest.raises(InputError, match="slowest_speed_limit_percent.*0.01 to 100 %"):
+                ask()
+
     @pytest.mark.parametrize("program", [PROGRAM, Program(tree()), Program(busy_tree())], ids=lambda p: p.name)
     @pytest.mark.parametrize("share", ["+0%", "+15%", "+300%"])
     def test_no_plan_is_far_from_its_bound(self, robot, program, share):

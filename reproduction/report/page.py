@@ -6,14 +6,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 from reproduction.report import tables
 from reproduction.report.gallery import Picture
 from reproduction.report.labels import KNOWN_PLANT
 from reproduction.report.results import Results
+from robojoule.documents import read_document
 
 TEMPLATE = "page.html.j2"
+REASONS = Path(__file__).with_name("why_claims_fail.yaml")  # of the thesis's robot; another's claims fail for reasons of its own
 
 
 @dataclass(frozen=True)
@@ -59,10 +62,12 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
         for chapter, group in groupby(pictures, key=lambda picture: picture.entry.chapter)
     ]
     claims = results.table("claims") or []
+    known = read_document(REASONS)
     judged = [row for row in claims if row["held"]]
     return environment.get_template(TEMPLATE).render(
         chapters=chapters,
         claims=claims,
+        reasons=known["reasons"] if known["robot"] == results.robot.name else {},
         held=sum(row["held"] == "true" for row in judged),
         judged=len(judged),
         robot=results.robot.name,

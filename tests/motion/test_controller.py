@@ -1,6 +1,8 @@
 """The controller's rule: from its definition, and as a property of every robot at every payload it is rated for."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -90,6 +92,19 @@ def can_stand(robot, start, end):
     weightless = load_robot(robot.name)
     paths = MotionPaths(robot, start, end, controller=weightless)
     return holdable(paths)
+
+
+def test_the_docs_say_how_many_motions_no_test_of_the_rule_covers():
+    """Of 100 random motions at rated payload: those at whose ends or between the limits cannot hold the arm."""
+    outside = {}
+    for name in list_robots():
+        robot = load_robot(name, Payload(load_robot_file(name).rated_payload_kg, COM_M))
+        count = int((~can_stand(robot, *random_motions(robot, 100, seed=3))).sum())
+        if count:
+            outside[name] = count
+    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
+    table = page.split("| robot | motions it cannot hold |")[1].split("\n\n")[0]
+    assert {name: int(count) for name, count in re.findall(r"^\| `(\w+)` \| (\d+) \|$", table, re.MULTILINE)} == outside
 
 
 def test_a_pose_that_the_arm_cannot_hold_is_refused():

@@ -38,6 +38,15 @@ def test_payload_adds_its_weight_at_its_centre():
     assert abs(torques[1] - torques[0]) == pytest.approx(10.0 * 9.81 * (0.98 + 0.86 + 0.153 + 0.1), rel=1e-9)
 
 
+def test_inertia_is_given_by_its_diagonal_by_six_numbers_or_as_a_matrix():
+    matrix = [[0.3, 0.01, 0.02], [0.01, 0.4, 0.03], [0.02, 0.03, 0.5]]
+    six = Payload(8.0, inertia_kg_m2=(0.3, 0.4, 0.5, 0.01, 0.02, 0.03))
+    assert np.array_equal(six.inertia_kg_m2, Payload(8.0, inertia_kg_m2=matrix).inertia_kg_m2)
+    assert np.array_equal(Payload(8.0, inertia_kg_m2=(0.3, 0.4, 0.5)).inertia_kg_m2, np.diag([0.3, 0.4, 0.5]))
+    with pytest.raises(InputError, match="not that of a body.*3, 6 or 3 x 3"):
+        Payload(8.0, inertia_kg_m2=(0.3, 0.4))
+
+
 def test_default_inertia_is_a_solid_sphere():
     inertia = Payload(8.0).rotational_inertia_kg_m2()
     radius = (3 * 8.0 / (4 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1 / 3)
