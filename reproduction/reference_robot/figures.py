@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,14 @@ class TreeRuns:
 
     def of(self, rows: Index) -> TreeRuns:
         """Those of some motions."""
-        parts = (self.duration_s, self.energy_j, self.idle_power_w, self.tree, self.joint_change_rad)
-        return TreeRuns(self.speed_limit, *(part[rows] for part in parts))
+        return replace(
+            self,
+            duration_s=self.duration_s[rows],
+            energy_j=self.energy_j[rows],
+            idle_power_w=self.idle_power_w[rows],
+            tree=self.tree[rows],
+            joint_change_rad=self.joint_change_rad[rows],
+        )
 
 
 def idle_power_home_w(robot: Robot) -> float:
@@ -67,7 +73,8 @@ def energy_model_figures(runs: TreeRuns, experiment: Index, home_w: float) -> di
     duration, energy = moving.duration_s, moving.energy_j
     saving_j, optimal_s, penalty_j = profile_parameters(duration, energy).T
     rising = duration[:, 0] > optimal_s
-    chord = float(np.median(penalty_j[rising] / (duration[rising, 0] - optimal_s[rising])))
+    chords = penalty_j[rising] / (duration[rising, 0] - optimal_s[rising])
+    chord = float(np.median(chords)) if chords.size else float("nan")
     slowed = at_speed_limit(moving, SLOWED)
     return {
         "idle_power_home_w": home_w,

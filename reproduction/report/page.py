@@ -16,7 +16,9 @@ from reproduction.report.results import Results
 from robojoule.documents import read_document
 
 TEMPLATE = "page.html.j2"
-REASONS = Path(__file__).with_name("why_claims_fail.yaml")  # of the thesis's robot; another's claims fail for reasons of its own
+REASONS = Path(__file__).with_name(
+    "why_claims_fail.yaml"
+)  # of the thesis's robot; another's claims fail for reasons of its own
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
         judged=len(judged),
         robot=results.robot.name,
         payload_kg=results.robot.payload.mass_kg,
-        table_6_1=tables.table_6_1(results),
+        table_6_1=tables.table_6_1(results, f"{results.plan_bound} {KNOWN_PLANT}"),
         difference=tables.difference(results),
         table_5_1=tables.table_5_1(results),
         gaps=[

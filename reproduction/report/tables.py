@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from reproduction.report.gap_figures import PARTS, matching
-from reproduction.report.labels import KNOWN_PLANT, METHODS, MODELS, STUDIED, TARGETS, key_label, method_label
+from reproduction.report.labels import METHODS, MODELS, STUDIED, TARGETS, key_label, method_label
 from reproduction.report.results import Results, Rows, number, published
 from robojoule.plots.style import MINUS
 
@@ -41,13 +41,16 @@ def _cell(value: float, digits: int = 2) -> str:
     return "" if value != value else f"{value:.{digits}f}".replace("-", MINUS)
 
 
-def table_6_1(results: Results) -> list[Table]:
+def table_6_1(results: Results, note: str = "") -> list[Table]:
     """Savings by Eq. 6.1, savings in the published convention, and gaps; one row per method.
 
     Beside them, what the predictor reaches in a study, on a robot that differs from its entry, with the same payload.
+
+    Args:
+        results: Results of all stages.
+        note: What every caption says as well.
     """
     tables = []
-    note = f"{results.plan_bound} {KNOWN_PLANT}"
     for name, what in (("table_6_1", "all experiment trees"), ("table_6_1_thesis", "the thesis's subsets of trees")):
         rows = results.table(name)
         if not rows:

@@ -8,11 +8,12 @@ from reproduction.reference_robot.figures import EXAMPLE_MOTION, TreeRuns, energ
 from reproduction.reference_robot.setup import fit_setup
 
 
-def figures_of(duration, energy, speed_limit, tree=None, idle=None):
+def figures_of(duration, energy, speed_limit, tree=None, idle=None, change=None):
     motions = len(duration)
     tree = np.zeros(motions, dtype=int) if tree is None else tree
     idle = np.full(motions, 430.0) if idle is None else idle
-    runs = TreeRuns(np.array(speed_limit), np.array(duration), np.array(energy), idle, tree)
+    change = np.zeros((motions, 6)) if change is None else change
+    runs = TreeRuns(np.array(speed_limit), np.array(duration), np.array(energy), idle, tree, change)
     return energy_model_figures(runs, np.arange(motions), 430.0)
 
 
@@ -47,6 +48,23 @@ def test_figures_of_trees_are_sums_over_their_motions():
     assert [figures[f"{name}_tree_power_full_speed_w"] for name in ("min", "max")] == [1000.0, 2000.0]
     assert figures["mean_power_full_speed_w"] == 1500.0
     assert (figures["idle_power_q05_w"], figures["idle_power_q95_w"]) == pytest.approx((403.0, 457.0))
+
+
+def test_savings_go_with_the_travel_of_the_joints_as_the_rule_of_pearson_says():
+    rng = np.random.default_rng(4)
+    change, fastest = rng.uniform(0.0, 1.0, (40, 6)), rng.uniform(900.0, 1500.0, 40)
+    energy = np.stack([np.full(40, 900.0), np.full(40, 800.0), fastest], axis=1)
+    figures = figures_of(np.tile([3.0, 2.0, 1.0], (40, 1)), energy, [0.2, 0.5, 1.0], change=change)
+    r = [np.corrcoef(column, fastest - 800.0)[0, 1] for column in (*change.T, change.sum(axis=1))]
+    assert figures["saving_correlation_theta_sum"] == pytest.approx(r[6])
+    assert figures["saving_correlation_least_main"] == pytest.approx(min(r[:3]))
+    assert figures["saving_correlation_joint_2_lead"] == pytest.approx(r[1] - max(r[0], r[2]))
+    assert figures["saving_correlation_most_wrist"] == pytest.approx(max(r[3:6]))
+
+
+def test_joints_that_never_move_have_no_correlation():
+    figures = figures_of([[3.0, 2.0, 1.0]], [[900.0, 700.0, 800.0]], [0.2, 0.5, 1.0])
+    assert np.isnan(figures["saving_correlation_theta_sum"])
 
 
 def test_an_optimum_at_full_speed_is_not_inside():

@@ -18,6 +18,7 @@ MOTIONS = StudyMotionsParams(
     budget_rad=(1.8, 3.5),
     speed_limits_percent=[10, 20, 35, 50, 70, 100],
     runs_per_motion=3,
+    krc_slowest_percent=15.0,
     predicted_speed_limits=25,
     fine_speed_limits=46,
     dense_speed_limits=41,
