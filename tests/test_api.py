@@ -9,9 +9,9 @@ from pyarrow import csv
 
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
 
@@ -86,7 +86,7 @@ class TestOptimize:
             lambda: rj.pareto(PROGRAM, robot, slowest_speed_limit_percent=percent),
             lambda: rj.optimize(PROGRAM, robot, cycle_time="+10%", slowest_speed_limit_percent=percent),
         ):
-            with pytest.raises(InputError, match="slowest_speed_limit_percent.*0.01 to 100 %"):
+            with pytest.raises(InputError, match=r"slowest_speed_limit_percent.*0\.01 to 100 %"):
                 ask()
 
     @pytest.mark.parametrize("program", [PROGRAM, Program(tree()), Program(busy_tree())], ids=lambda p: p.name)
@@ -177,7 +177,7 @@ BAD = {
     "words": (lambda r: rj.energy_profile(r, "home", HOME, degrees=True), "start: joint positions must be numbers"),
     "not a number": (lambda r: rj.energy_profile(r, HOME, HOME * np.nan), "end: joint_1 is not a finite number"),
     "no motion": (lambda r: rj.energy_profile(r, HOME, HOME), "start and end are the same: there is no motion"),
-    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a number of points"),
+    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a valid number of points"),
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
     "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .parquet"),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),

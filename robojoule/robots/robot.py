@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -32,12 +32,12 @@ class Payload:
         mass_kg: Mass. [kg]
         com_m: Centre of mass in the tool frame. [m]
         inertia_kg_m2: Inertia about the centre of mass in tool axes: shape (3, 3), or xx, yy, zz, or these and xy, xz,
-            yz; a solid aluminium sphere of the same mass if not given. [kg m2]
+            yz; kept as 3 tuples; a solid aluminium sphere of the same mass if not given. [kg m2]
     """
 
     mass_kg: float = 0.0
     com_m: tuple[float, float, float] = (0.0, 0.0, 0.1)
-    inertia_kg_m2: Array | None = field(default=None, compare=False)
+    inertia_kg_m2: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         mass = real(self.mass_kg)
@@ -60,12 +60,12 @@ class Payload:
             problem = "the inertia is not that of a body: a symmetric positive semi-definite 3 x 3 matrix"
             allowed = f"3, 6 or 3 x 3 numbers up to {LARGEST_INERTIA_KG_M2:g} kg m2"
             raise InputError(problem, key="payload", allowed=allowed)
-        object.__setattr__(self, "inertia_kg_m2", frozen(inertia))
+        object.__setattr__(self, "inertia_kg_m2", tuple(map(tuple, inertia.tolist())))
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""
         if self.inertia_kg_m2 is not None:
-            return self.inertia_kg_m2
+            return np.array(self.inertia_kg_m2)
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from reproduction.study.config import load_study_params
-from reproduction.study.plant import PlantDrives, PlantParams, PlantPaths, draw_plant
+from reproduction.study.plant import PlantDrives, PlantPaths, draw_plant
 from robojoule.calibration.run_fit import NOISE, STATE_SPREAD
 from robojoule.calibration.run_model import INERTIA_SPREAD, PRIOR_SPREAD
 from robojoule.robots.drives import DriveParameters
