@@ -64,12 +64,11 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
         for chapter, group in groupby(pictures, key=lambda picture: picture.entry.chapter)
     ]
     claims = results.table("claims") or []
-    known = read_document(REASONS)
     judged = [row for row in claims if row["held"]]
     return environment.get_template(TEMPLATE).render(
         chapters=chapters,
         claims=claims,
-        reasons=known["reasons"] if known["robot"] == results.robot.name else {},
+        reasons=reasons_of(results.robot.name),
         held=sum(row["held"] == "true" for row in judged),
         judged=len(judged),
         robot=results.robot.name,
@@ -98,6 +97,12 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
         ],
         metrics=tables.metrics_table(metrics) if metrics else None,
     )
+
+
+def reasons_of(robot: str) -> dict[str, str]:
+    """Why claims do not hold, by claim; none for a robot other than the thesis's."""
+    known = read_document(REASONS)
+    return dict(known["reasons"]) if known["robot"] == robot else {}
 
 
 def _with_published(results: Results, name: str, what: str) -> list[tables.Table]:
