@@ -99,7 +99,7 @@ def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=plan_warnings(written, run, given),
+        warnings=(*map(str, robot.doubts), *plan_warnings(written, run, given)),
     )
 
 

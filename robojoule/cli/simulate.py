@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         "robot": robot.name,
         "payload_kg": float(robot.payload.mass_kg),
         **cycle.to_dict(),
-        "warnings": list(cycle_warnings(program.tree, cycle)),
+        "warnings": [*map(str, robot.doubts), *cycle_warnings(program.tree, cycle)],
     }
 
 
