@@ -108,7 +108,7 @@ class LimitProblem:
 
 
 def limit_problems(joint: Mapping[str, Any]) -> list[LimitProblem]:
-    """What is wrong with the limits of a joint that turns, as plain data; values that are no numbers are left out."""
+    """What is wrong with the limits of a joint that turns, as plain data; what is not a number is left out."""
     found = [
         LimitProblem(key, f"{key} is missing", "a number", {key: stand_in})
         for key, stand_in in _STAND_INS.items()

@@ -51,7 +51,7 @@ def read_xml(path: Path) -> ElementTree.Element:
     """The root element of a URDF.
 
     Raises:
-        InputError: The file cannot be read, is no URDF or a xacro file.
+        InputError: The file cannot be read, or is something else, such as a xacro file.
     """
     content = read_bytes(path)
     try:
