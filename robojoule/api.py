@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
+from robojoule.formats.program import Program
 from robojoule.inputs import shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
@@ -30,7 +31,6 @@ from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.program import Program
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:

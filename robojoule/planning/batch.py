@@ -13,7 +13,7 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
-from robojoule.programs.program import check_tree
+from robojoule.programs.tree_check import check_tree
 from robojoule.robots.robot import Robot
 
 SLOWEST_SPEED_LIMIT = 0.1  # the slowest run that a profile knows (thesis 4.3)

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.errors import PlanningError
+from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.program import Program
 
 LEAST_GAIN = 5e-6  # share of the energy by which a plan must be better than the program as given to replace it
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
