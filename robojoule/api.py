@@ -31,6 +31,7 @@ from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -93,7 +94,8 @@ def optimize(
         PlanningError: The solver failed.
     """
     step_percent = check_speed_step(speed_step)
-    at_full_speed = _checked_program(program).tree.without_plan(full_speed=True)
+    as_given, program = program, _in_model_angles(program, robot)
+    at_full_speed = program.tree.without_plan(full_speed=True)
     batch = _moving(program, robot, at_full_speed if allow_faster else None)  # motions and optimisation graph
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
@@ -109,7 +111,7 @@ def optimize(
 
     idle_w = float(batch.idle_post_w[-1])
     return Plan(
-        program=replace(program, tree=written),
+        program=replace(as_given, tree=_counted_like(as_given.tree, written)),
         robot=robot.name,
         payload_kg=float(robot.payload.mass_kg),
         run=run,
@@ -117,7 +119,7 @@ def optimize(
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(whole.schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=(*map(str, robot.doubts), *plan_warnings(written, run, given)),
+        warnings=(*robot_warnings(as_given.tree, robot), *plan_warnings(written, run, given)),
     )
 
 
@@ -132,6 +134,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
+    program = _in_model_angles(program, robot)
     return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
 
 
@@ -147,7 +150,8 @@ def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> Tra
     Raises:
         InputError: The program does not fit the robot.
     """
-    faster = _checked_program(program).tree.without_plan(full_speed=True) if allow_faster else None
+    program = _in_model_angles(program, robot)
+    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     return trade_offs(_moving(program, robot, faster))[0]
 
 
@@ -221,6 +225,19 @@ def _moving(program: Program, robot: Robot, tree: OperationTree | None = None) -
     if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
         raise InputError("there is no motion: all positions of the program are the same", file=program.path)
     return batch
+
+
+def _in_model_angles(program: Program, robot: Robot) -> Program:
+    """The program in angles of the robot's model, checked where it is in others."""
+    if _checked_program(program).angles == "model":
+        return program
+    program.check(_checked_robot(robot))
+    return replace(program, tree=in_model_angles(program.tree, robot))
+
+
+def _counted_like(given: OperationTree, written: OperationTree) -> OperationTree:
+    """A tree with a plan, in the very numbers of the tree that was given."""
+    return written if given.angles == written.angles else written.with_angles(given.angles, given.configurations_rad())
 
 
 def _checked_program(program: Program) -> Program:

@@ -6,14 +6,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
 from robojoule.cli._output import show_head, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, cycle time and output."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--cycle-time",
         required=True,
@@ -26,12 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
-    from robojoule.formats.program import load_program
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["program", "robot"], {"out": suffixes})
-    plan = optimize(load_program(arguments.program), robot_of(arguments), cycle_time=arguments.cycle_time)
+    program = program_of(arguments)
+    plan = optimize(program, robot_of(arguments, program), cycle_time=arguments.cycle_time)
     if arguments.out is not None:
         plan.save(arguments.out)
     return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}

@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
 from robojoule.cli._output import show_head
 
 _ROWS_SHOWN = 12
@@ -17,7 +17,7 @@ _ROWS_SHOWN = 12
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, range and outputs."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--until",
         choices=("least", "waiting"),
@@ -32,10 +32,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
     from robojoule.api import pareto
     from robojoule.documents import write_files
-    from robojoule.formats.program import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
-    result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
+    program = program_of(arguments)
+    result = pareto(program, robot_of(arguments, program)).to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

@@ -5,30 +5,31 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, robot_of
+from robojoule.cli._arguments import add_program, add_robot, program_of, robot_of
 from robojoule.cli._output import show_head, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program and robot."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the program with its own speed limits and waits."""
     from robojoule.api import simulate
-    from robojoule.formats.program import load_program
     from robojoule.planning.cycle_run import cycle_warnings
+    from robojoule.programs.tree_check import robot_warnings
 
-    program, robot = load_program(arguments.program), robot_of(arguments)
+    program = program_of(arguments)
+    robot = robot_of(arguments, program)
     cycle = simulate(program, robot)
     return {
         "program": program.name,
         "robot": robot.name,
         "payload_kg": float(robot.payload.mass_kg),
         **cycle.to_dict(),
-        "warnings": [*map(str, robot.doubts), *cycle_warnings(program.tree, cycle)],
+        "warnings": [*robot_warnings(program.tree, robot), *cycle_warnings(program.tree, cycle)],
     }
 
 

@@ -1,9 +1,10 @@
 """Joint positions as CSV: the first row is the start of the cycle, each further one the target of a fine move.
 
 The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one per joint; `name`, `speed_limit_percent`,
-`wait_before_s`, `wait_after_s` and `robot` may be left out. Cells are separated by commas and stripped; empty rows are
-skipped; an empty cell of a speed limit or a wait is the default. The program is called after the file; the first row
-names the robot that it is written for, if it is for one alone.
+`wait_before_s`, `wait_after_s`, `robot` and `angles` may be left out. Cells are separated by commas and stripped; empty
+rows are skipped; an empty cell of a speed limit or a wait is the default. The program is called after the file; the
+first row names the robot that it is written for, if it is for one alone, and says whether its angles are those of the
+robot's model (the default) or of its pendant.
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ from robojoule.programs.operation_tree import (
     OperationTree,
     tree_from_configurations,
 )
+from robojoule.robots.pendant_file import ANGLES
 
 _SETTINGS = {"speed_limit_percent": 100.0, "wait_before_s": 0.0, "wait_after_s": 0.0}  # with their defaults
-_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot"
+_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot, angles"
 _JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
 
 
@@ -50,8 +52,13 @@ class PositionFiles:
             if start.number(column, default) != default:
                 raise start.error(column, "the first row is the start of the cycle, not a move", "an empty cell")
         for row in targets:
-            if row.cells.get("robot"):
-                raise row.error("robot", "the robot is named in the first row alone", "an empty cell")
+            for column in ("robot", "angles"):
+                if row.cells.get(column):
+                    what = "the robot is" if column == "robot" else "angles are"
+                    raise row.error(column, f"{what} named in the first row alone", "an empty cell")
+        angles = start.cells.get("angles") or ANGLES[0]
+        if angles not in ANGLES:
+            raise start.error("angles", f"unknown angles {shown(angles)}", ", ".join(ANGLES))
         positions = [[row.number(column) for column in joints] for row in rows]
         if joints[0].endswith("deg"):
             positions = [[math.radians(value) for value in row] for row in positions]
@@ -63,6 +70,8 @@ class PositionFiles:
         except ValidationError as error:  # a name of the file, the robot or a move that no program may have
             details = error.errors(include_url=False)[0]
             raise InputError(f"{details['msg']} (found {shown(details['input'])})", file=path) from None
+        if start.cells.get("angles"):
+            tree = tree.model_copy(update={"angles": angles})
         moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
         limits, before, after = ({name: row.setting(column) for name, row in moves.items()} for column in _SETTINGS)
         places = {f"operations.{move}.target_rad": f"line {row.line}" for move, row in enumerate(targets)}
@@ -79,10 +88,11 @@ class PositionFiles:
         moves = _flat_moves(tree, path)
         unit, positions = _positions([tree.start_rad, *(move.target_rad for move in moves)])
         joints = [f"q{joint}_{unit}" for joint in range(1, len(positions[0]) + 1)]
-        robot = {} if tree.robot is None else {"robot": tree.robot}
-        settings = [robot, *({"name": move.name} | {key: getattr(move, key) for key in _SETTINGS} for move in moves)]
+        said = {} if tree.robot is None else {"robot": tree.robot}
+        said |= {} if tree.angles == "model" else {"angles": tree.angles}
+        settings = [said, *({"name": move.name} | {key: getattr(move, key) for key in _SETTINGS} for move in moves)]
         text = io.StringIO()
-        writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS, *robot], restval="", lineterminator="\n")
+        writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS, *said], restval="", lineterminator="\n")
         writer.writeheader()
         for row, values in zip(settings, positions, strict=True):
             writer.writerow(row | dict(zip(joints, values, strict=True)))
@@ -159,7 +169,7 @@ def _joint_columns(header: _Row) -> list[str]:
             units.append(match[2])
             if match[2] != units[0]:
                 raise header.error(column, "positions are given in degrees and in radians", "one unit for all joints")
-        elif column not in ("name", "robot", *_SETTINGS):
+        elif column not in ("name", "robot", "angles", *_SETTINGS):
             raise header.error(column or None, "unknown column" if column else "a column has no name", _COLUMNS)
     if not joints:
         raise header.error(None, "there are no joint positions", _COLUMNS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from robojoule.documents import check_output
@@ -12,6 +12,7 @@ from robojoule.formats.registry import format_of
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
+from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
 
 
@@ -55,6 +56,21 @@ class Program:
     def moves(self) -> tuple[MoveOperation, ...]:
         """Moves in order of execution."""
         return self.tree.moves()
+
+    @property
+    def angles(self) -> Angles:
+        """Whether its angles are those of the robot's model or as the pendant shows them."""
+        return self.tree.angles
+
+    def counted_as(self, angles: str) -> Program:
+        """The program with the same numbers, taken as angles of the model or of the pendant.
+
+        Raises:
+            InputError: Neither of the two is named.
+        """
+        if angles not in ANGLES:
+            raise InputError(f"unknown angles {shown(angles)}", key="angles", allowed=", ".join(ANGLES))
+        return replace(self, tree=self.tree.model_copy(update={"angles": angles}))
 
     def check(self, robot: Robot) -> None:
         """Check that a robot can execute the program; see `check_tree`.

@@ -84,8 +84,9 @@ def tree_to_data(tree: OperationTree) -> dict[str, Any]:
         return kept
 
     data: dict[str, Any] = tree.model_dump(mode="json")
-    if data["robot"] is None:
-        del data["robot"]
+    for key in ("robot", "angles"):
+        if data[key] == OperationTree.model_fields[key].default:
+            del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}
 
 

@@ -14,6 +14,7 @@ from robojoule.documents import Document
 from robojoule.errors import InputError, refuse
 from robojoule.inputs import counted, shown
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
+from robojoule.robots.pendant_file import PendantFile, pendant_errors
 
 Vector = tuple[float, float, float]
 # What others are divided by: no figure of a machine is smaller, and below it results have no bounds.
@@ -207,6 +208,7 @@ class RobotFile(Document):
     capsules: dict[str, list[CapsuleFile]] = Field(default_factory=dict)
     drives: DrivesFile
     lumped_branches: dict[str, float] = Field(default_factory=dict)
+    pendant: PendantFile | None = None
 
     @property
     def moving_joints(self) -> list[JointFile]:
@@ -269,6 +271,7 @@ class RobotFile(Document):
         if len(self.home_rad) != len(moving):
             problem = f"{counted(len(self.home_rad), 'value')} given"
             yield InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one per moving joint")
+        yield from pendant_errors(self.pendant, moving)
 
     def _link_name_errors(self) -> Iterator[InputError]:
         named = {

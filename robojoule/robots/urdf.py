@@ -29,6 +29,7 @@ from pydantic import Field
 
 from robojoule.documents import Document, check_file, load, write_document, write_text
 from robojoule.errors import InputError, refuse
+from robojoule.robots.pendant_file import PendantFile
 from robojoule.robots.robot_file import (
     CapsuleFile,
     DrivesFile,
@@ -78,6 +79,7 @@ class UrdfDriveFile(Document):
     links: dict[str, LinkFile] = Field(default_factory=dict)
     freeze: dict[str, float] = Field(default_factory=dict)
     capsules: dict[str, list[CapsuleFile]] = Field(default_factory=dict)
+    pendant: PendantFile | None = None
     drives: DrivesFile
 
 
