@@ -23,8 +23,11 @@ from robojoule.inputs import shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
+from robojoule.planning.overload import bearing, check_overload, check_torques, of_the_limits
 from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan, is_as_good, plan_warnings, verify, waiting_until
+from robojoule.planning.power_limit import check_power, check_power_limit, within_power
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step, whole_speed_plan
 from robojoule.planning.writeback import write_plans
@@ -73,6 +76,8 @@ def optimize(
     cycle_time: float | str,
     allow_faster: bool = False,
     speed_step: float = SPEED_STEP_PERCENT,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
 ) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -87,27 +92,39 @@ def optimize(
             limits included ("+10%").
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
+        peak_power_w: Largest mains power that the cycle may draw; any if not given. [W]
+        allow_overload_percent: By how much torques may exceed the peak limits. [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time or the step is not valid.
+        InputError: The program does not fit the robot, an argument is not valid, a joint torque exceeds its peak limit,
+            or the largest power cannot be kept.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    step_percent = check_speed_step(speed_step)
+    step_percent, overload = check_speed_step(speed_step), check_overload(allow_overload_percent)
     as_given, program = program, _in_model_angles(program, robot)
+    strong = bearing(robot, overload)
     at_full_speed = program.tree.without_plan(full_speed=True)
-    batch = _moving(program, robot, at_full_speed if allow_faster else None)  # motions and optimisation graph
+    batch = _moving(program, strong, at_full_speed if allow_faster else None)  # motions and optimisation graph
+    if peak_power_w is not None:
+        peak_power_w = check_power_limit(peak_power_w)
+        batch = TreeBatch(strong, [within_power(batch, batch.trees[0], peak_power_w)])
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
-    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=fastest.cycle_time_s)
+    faster_s = fastest.cycle_time_s if peak_power_w is None else None  # else the power bounds it
+    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=faster_s)
 
     profiles = AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
     schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
     whole = whole_speed_plan(profiles, batch, schedule, step_percent=step_percent)
     written = write_plans(batch, [[whole.schedule]], whole.speed_limits[:, np.newaxis])[0][0]
     run = verify(batch, written, whole.schedule)
-    if is_as_good(given, run):
+    if is_as_good(given, run) and (peak_power_w is None or given.peak_power_w <= peak_power_w):
         written, run = program.tree, given
+    run, given = of_the_limits(run, overload), of_the_limits(given, overload)
+    check_torques(run, overload)
+    if peak_power_w is not None:
+        check_power(run, peak_power_w)
 
     idle_w = float(batch.idle_post_w[-1])
     return Plan(
@@ -119,7 +136,11 @@ def optimize(
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(whole.schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=(*robot_warnings(as_given.tree, robot), *plan_warnings(written, run, given)),
+        warnings=(
+            *robot_warnings(as_given.tree, robot),
+            *collision_warnings(program.tree, robot),
+            *plan_warnings(written, run, given),
+        ),
     )
 
 

@@ -95,7 +95,7 @@ def _run(words: list[str], command: str | None) -> int:
     try:
         result = module.run(parsed)
     except InputError as error:
-        name = (error.key or "").removesuffix("_s")  # options leave the unit out
+        name = re.sub("_(s|w|percent)$", "", error.key or "")  # options leave the unit out
         if error.file is None and name in vars(parsed):  # said as it was typed
             raise InputError(error.problem, key=f"--{name.replace('_', '-')}", allowed=error.allowed) from None
         raise
