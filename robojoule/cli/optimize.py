@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
-from robojoule.cli._output import show_head, show_moves
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, number, program_of, robot_of
+from robojoule.cli._output import show_head, show_loads, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +20,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="seconds (7.5), or a share above the cycle time of the program as given, waits included (+10%%)",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with speed limits and waits here")
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
+    parser.add_argument(
+        "--speed-step",
+        type=number,
+        default=1.0,
+        metavar="PERCENT",
+        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+    )
+    parser.add_argument(
+        "--peak-power", type=number, metavar="W", help="largest mains power that the cycle may draw [W] (default: any)"
+    )
+    parser.add_argument(
+        "--allow-overload",
+        type=number,
+        default=0.0,
+        metavar="PERCENT",
+        help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="write the program with speed limits and waits here; it may be PROGRAM itself, the rest of which is kept",
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -29,9 +54,17 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["program", "robot"], {"out": suffixes})
+    check_outputs(arguments, ["robot"], {"out": suffixes})
     program = program_of(arguments)
-    plan = optimize(program, robot_of(arguments, program), cycle_time=arguments.cycle_time)
+    plan = optimize(
+        program,
+        robot_of(arguments, program),
+        cycle_time=arguments.cycle_time,
+        allow_faster=arguments.allow_faster,
+        speed_step=arguments.speed_step,
+        peak_power_w=arguments.peak_power,
+        allow_overload_percent=arguments.allow_overload,
+    )
     if arguments.out is not None:
         plan.save(arguments.out)
     return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}
@@ -48,6 +81,7 @@ def show(result: dict[str, Any]) -> None:
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    show_loads(result)
     show_moves(result)
     if result["out"]:
         print(f"written to {result['out']}")

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, program_of, robot_of
-from robojoule.cli._output import show_head, show_moves
+from robojoule.cli._output import show_head, show_loads, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,9 +37,5 @@ def show(result: dict[str, Any]) -> None:
     """Print the cycle and its moves."""
     show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s, energy {result['energy_j']:.1f} J per cycle")
-    print(
-        f"largest mains power {result['peak_power_w']:.1f} W, "
-        f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its peak limit, "
-        f"{100.0 * result['rms_torque_ratio']:.1f} % of the continuous one (root mean square)"
-    )
+    show_loads(result)
     show_moves(result)
