@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from robojoule.calibration.identification import Identification
     from robojoule.calibration.log import MeasuredLog
 
+WAIT_STEP_S = 1e-3  # of waits that a plan adds: controllers know no shorter ones
 RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
 
 
@@ -117,8 +118,9 @@ def optimize(
     profiles = AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
     schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
     whole = whole_speed_plan(profiles, batch, schedule, step_percent=step_percent)
-    written = write_plans(batch, [[whole.schedule]], whole.speed_limits[:, np.newaxis])[0][0]
-    run = verify(batch, written, whole.schedule)
+    limits = whole.speed_limits[:, np.newaxis]
+    written = write_plans(batch, [[whole.schedule]], limits, wait_step_s=WAIT_STEP_S)[0][0]
+    run = verify(batch, written, whole.schedule, WAIT_STEP_S)
     if is_as_good(given, run) and (peak_power_w is None or given.peak_power_w <= peak_power_w):
         written, run = program.tree, given
     run, given = of_the_limits(run, overload), of_the_limits(given, overload)
@@ -127,6 +129,9 @@ def optimize(
         check_power(run, peak_power_w)
 
     idle_w = float(batch.idle_post_w[-1])
+    dropped_s = max(whole.schedule.cycle_time_s - run.cycle_time_s, 0.0)
+    # What every plan of the shorter cycle takes, waiting for what was dropped would at most add the idle power to.
+    bound_j = whole.schedule.bound_j - dropped_s * float(batch.idle_post_w.max())
     return Plan(
         program=replace(as_given, tree=_counted_like(as_given.tree, written)),
         robot=robot.name,
@@ -135,7 +140,7 @@ def optimize(
         least_cycle_time_s=least_s,
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(whole.schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
+        bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=(
             *robot_warnings(as_given.tree, robot),
             *collision_warnings(program.tree, robot),

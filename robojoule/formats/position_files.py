@@ -99,8 +99,9 @@ class PositionFiles:
         Angles are in degrees if these read as the very same positions, as they do where they come from degrees.
         """
         moves = _flat_moves(tree, path)
-        kept = None if text is None else self._kept(text, moves, path)
-        if kept is not None and self._reading(kept, path).tree.operations == tree.operations:
+        kept = None if text is None else self._kept(text, moves, tree.angles, path)
+        held = None if kept is None else self._reading(kept, path).tree
+        if kept is not None and held is not None and (held.operations, held.angles) == (tree.operations, tree.angles):
             write_text(path, kept)
             return
         unit, positions = _positions([tree.start_rad, *(move.target_rad for move in moves)])
@@ -116,12 +117,14 @@ class PositionFiles:
             writer.writerow(row | dict(zip(joints, values, strict=True)))
         write_text(path, table.getvalue())
 
-    def _kept(self, text: str, moves: list[MoveOperation], path: Path) -> str | None:
+    def _kept(self, text: str, moves: list[MoveOperation], angles: str, path: Path) -> str | None:
         """The text with other speed limits and waits; None if it has other moves."""
         _, start, *rows = _rows(text, path)
         if len(rows) != len(moves):
             return None
         columns: dict[str, list[str | None]] = {}
+        if angles != (start.cells.get("angles") or ANGLES[0]):
+            columns["angles"] = [angles, *[None if "angles" in start.cells else ""] * len(moves)]
         for key in PLANNED:
             wanted = [float(getattr(move, key)) for move in moves]
             there = [row.setting(key) for row in rows]

@@ -70,7 +70,7 @@ def test_limits_are_checked_in_angles_of_the_model():
 
 
 def test_other_angles_are_refused():
-    with pytest.raises(InputError, match="^angles: unknown angles 'teach'; allowed: model, pendant$"):
+    with pytest.raises(InputError, match=r"^angles: unknown angles 'teach'; allowed: model, pendant$"):
         program(MODEL).counted_as("teach")
     with pytest.raises(InputError, match="in angles of the pendant"):
         TreeBatch(ROBOT, [program(PENDANT, "pendant").tree])
