@@ -37,7 +37,7 @@ from robojoule.robots.pendant_file import ANGLES
 _SETTINGS: dict[str, Any] = {**PLANNED, "least_speed_percent": None, "fixed": False}  # with their defaults
 _ALWAYS = ("speed_limit_percent", "wait_before_s", "wait_after_s")  # written even where all are defaults
 _WORDS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot, angles"
+_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(k for k in _SETTINGS if k[:5] != 'added')}, robot, angles"
 _JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
 
 
