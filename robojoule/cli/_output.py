@@ -21,3 +21,10 @@ def show_moves(result: dict[str, Any]) -> None:
         )
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def show_written(result: dict[str, Any], *names: str) -> None:
+    """Print the files that were written, each under the name of its option."""
+    for name in names:
+        if result[name]:
+            print(f"written to {result[name]}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,13 +31,13 @@ class Payload:
     Attributes:
         mass_kg: Mass. [kg]
         com_m: Centre of mass in the tool frame. [m]
-        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3); a solid aluminium sphere of the
-            same mass if not given. [kg m2]
+        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3), kept as tuples; a solid aluminium
+            sphere of the same mass if not given. [kg m2]
     """
 
     mass_kg: float = 0.0
     com_m: tuple[float, float, float] = (0.0, 0.0, 0.1)
-    inertia_kg_m2: Array | None = field(default=None, compare=False)
+    inertia_kg_m2: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         mass = real(self.mass_kg)
@@ -52,16 +52,16 @@ class Payload:
         object.__setattr__(self, "com_m", tuple(center.tolist()))
         if self.inertia_kg_m2 is None:
             return
-        inertia = frozen(as_array(self.inertia_kg_m2, "payload", "the entries of its inertia"))
+        inertia = as_array(self.inertia_kg_m2, "payload", "the entries of its inertia")
         if inertia.shape != (3, 3) or not _is_inertia(inertia):
             problem = "the inertia is not a symmetric positive semi-definite 3 x 3 matrix"
             raise InputError(problem, key="payload", allowed=f"entries up to {LARGEST_INERTIA_KG_M2:g} kg m2")
-        object.__setattr__(self, "inertia_kg_m2", inertia)
+        object.__setattr__(self, "inertia_kg_m2", tuple(map(tuple, inertia.tolist())))
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""
         if self.inertia_kg_m2 is not None:
-            return self.inertia_kg_m2
+            return np.array(self.inertia_kg_m2)
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 
