@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from robojoule.errors import PlanningError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
+from robojoule.planning.speed_choice import Outlook
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.programs.program import Program
 
@@ -34,6 +35,9 @@ class Plan:
         energy_unoptimized_j: Energy with all moves at full speed and a wait at the end until the cycle time. [J]
         bound_j: Proven lower bound of the energy of every plan for this cycle time. [J]
         warnings: What to know before the plan is used, a sentence each.
+        reserve_s: Slack that the plan keeps as a wait at its end. [s]
+        profiles: Where its energy profiles come from: simulated, predicted or measured.
+        outlook: How sure it is; None where neither timing nor energies were learnt from the machine.
     """
 
     program: Program
@@ -45,6 +49,9 @@ class Plan:
     energy_unoptimized_j: float
     bound_j: float
     warnings: tuple[str, ...] = ()
+    reserve_s: float = 0.0
+    profiles: str = "simulated"
+    outlook: Outlook | None = None
 
     def __repr__(self) -> str:
         return (
@@ -121,6 +128,9 @@ class Plan:
                     "gap_to_optimum_percent",
                 )
             },
+            "reserve_s": self.reserve_s,
+            "profiles": self.profiles,
+            "outlook": None if self.outlook is None else asdict(self.outlook),
             "warnings": list(self.warnings),
         }
 
