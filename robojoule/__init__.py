@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robojoule.api import energy_profile, identify, optimize, pareto, simulate
-    from robojoule.formats.registry import load_program
+    from robojoule.formats.program import Program, load_program
     from robojoule.planning.plan import Plan
-    from robojoule.programs.program import Program
     from robojoule.robots import list_robots, load_robot
     from robojoule.robots.robot import Payload, Robot
 
@@ -35,10 +34,10 @@ __version__ = "0.1.0"
 _MODULES = {
     "Payload": "robojoule.robots.robot",
     "Plan": "robojoule.planning.plan",
-    "Program": "robojoule.programs.program",
+    "Program": "robojoule.formats.program",
     "Robot": "robojoule.robots.robot",
     "list_robots": "robojoule.robots",
-    "load_program": "robojoule.formats.registry",
+    "load_program": "robojoule.formats.program",
     "load_robot": "robojoule.robots",
 }  # of the names that are not in robojoule.api
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
@@ -17,17 +18,19 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
+from robojoule.formats.program import Program
 from robojoule.inputs import shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s
 from robojoule.planning.pareto import TradeOff, trade_offs
-from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
+from robojoule.planning.plan import Plan, is_as_good, plan_warnings, verify, waiting_until
 from robojoule.planning.source_plans import plan_on_source
+from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step, whole_speed_plan
 from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
-from robojoule.programs.program import Program
+from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -62,43 +65,58 @@ def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
 
 
 @_finite
-def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
+def optimize(
+    program: Program,
+    robot: Robot,
+    *,
+    cycle_time: float | str,
+    allow_faster: bool = False,
+    speed_step: float = SPEED_STEP_PERCENT,
+) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
-    Speed limits of the program as given are not kept; its waits and process steps are, and may only become longer.
+    The program's waits and process steps are kept, its speed limits are upper bounds, those of fixed moves are kept.
+    Waits that an earlier plan added (`added_wait_after_s`) may go again, so a plan that is planned again for its own
+    cycle time stays as it is.
 
     Args:
         program: What the robot does in a cycle.
         robot: Robot with its payload.
-        cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, its waits and speed limits
-            included ("+10%").
+        cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, all its waits and its speed
+            limits included ("+10%").
+        allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
+        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time is not valid.
+        InputError: The program does not fit the robot, or the cycle time or the step is not valid.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    batch = _moving(program, robot)  # the motions and their optimisation graph
-    at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
+    step_percent = check_speed_step(speed_step)
+    at_full_speed = _checked_program(program).tree.without_plan(full_speed=True)
+    batch = _moving(program, robot, at_full_speed if allow_faster else None)  # motions and optimisation graph
     given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
-    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s)
+    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=fastest.cycle_time_s)
 
-    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    profiles = AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
     schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    written = write_plans(batch, [[schedule]])[0][0]
-    run = verify(batch, written, schedule)
+    whole = whole_speed_plan(profiles, batch, schedule, step_percent=step_percent)
+    written = write_plans(batch, [[whole.schedule]], whole.speed_limits[:, np.newaxis])[0][0]
+    run = verify(batch, written, whole.schedule)
+    if is_as_good(given, run):
+        written, run = program.tree, given
 
     idle_w = float(batch.idle_post_w[-1])
     return Plan(
-        program=Program(written),
+        program=replace(program, tree=written),
         robot=robot.name,
         payload_kg=float(robot.payload.mass_kg),
         run=run,
         least_cycle_time_s=least_s,
         energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
+        bound_j=min(whole.schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=plan_warnings(written, run, given),
     )
 
@@ -118,17 +136,19 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
 
 
 @_finite
-def pareto(program: Program, robot: Robot) -> TradeOff:
+def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
     Args:
-        program: What the robot does in a cycle.
+        program: What the robot does in a cycle; its speed limits are upper bounds.
         robot: Robot with its payload.
+        allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
 
     Raises:
         InputError: The program does not fit the robot.
     """
-    return trade_offs(_moving(program, robot))[0]
+    faster = _checked_program(program).tree.without_plan(full_speed=True) if allow_faster else None
+    return trade_offs(_moving(program, robot, faster))[0]
 
 
 @_finite
@@ -189,20 +209,24 @@ def identify(
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
 
 
-def _batch(program: Program, robot: Robot) -> TreeBatch:
-    """The motions and the optimisation graph of a program, checked against its robot."""
-    if not isinstance(program, Program):
-        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
-    program.check(_checked_robot(robot))
-    return TreeBatch(robot, [program.tree])
+def _batch(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:
+    """Motions and optimisation graph of a program, or of a tree of the same targets, checked against its robot."""
+    _checked_program(program).check(_checked_robot(robot))
+    return TreeBatch(robot, [tree or program.tree])
 
 
-def _moving(program: Program, robot: Robot) -> TreeBatch:
+def _moving(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:
     """The same of a program that has something to plan."""
-    batch = _batch(program, robot)
+    batch = _batch(program, robot, tree)
     if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
         raise InputError("there is no motion: all positions of the program are the same", file=program.path)
     return batch
+
+
+def _checked_program(program: Program) -> Program:
+    if not isinstance(program, Program):
+        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
+    return program
 
 
 def _checked_robot(robot: Robot) -> Robot:

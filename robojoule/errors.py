@@ -81,14 +81,19 @@ class CycleTimeTooShort(InputError):
     Args:
         requested_s: Cycle time asked for. [s]
         minimum_s: Least feasible cycle time. [s]
+        faster_s: That with moves faster than the program's speed limits allow, where these bound it. [s]
     """
 
-    def __init__(self, requested_s: float, minimum_s: float) -> None:
+    def __init__(self, requested_s: float, minimum_s: float, faster_s: float | None = None) -> None:
         self.requested_s = requested_s
         self.minimum_s = minimum_s
+        self.faster_s = faster_s
+        bounded = faster_s is not None and faster_s < minimum_s
+        within = " within the program's speed limits" if bounded else ""
         super().__init__(
-            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle",
-            allowed=f"at least {minimum_s:.6f} s",
+            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{within}",
+            allowed=f"at least {minimum_s:.6f} s"
+            + (f", or {faster_s:.6f} s if moves may be faster" if bounded else ""),
         )
 
 

@@ -21,6 +21,8 @@ import pytest
 import yaml
 from xdist.scheduler import LoadFileScheduling
 
+import stages  # noqa: F401  before numpy: this process and those that tests start compute with the same instructions
+
 ROOT = Path(__file__).resolve().parent.parent
 
 # Before anything imports Prefect or MLflow: nothing of the user's settings is read or written, nothing is looked up.

@@ -7,8 +7,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("robojoule", "reproduction", "stages", "flows", "benchmarks")
-# A later room that an earlier one imports inside a function: a program knows how to save itself.
-LATE = {("robojoule/programs/program.py", "robojoule/formats/registry.py")}
 
 
 def python_files(*folders: str) -> list[Path]:
@@ -65,9 +63,7 @@ def file_of(name: str) -> Path | None:
 
 def imported_files(path: Path) -> list[Path]:
     """Files of the project that a file imports, and the packages above it."""
-    here = path.relative_to(ROOT).as_posix()
     found = [target for name, _ in imports(path) if (target := file_of(name)) and target != path]
-    found = [target for target in found if (here, target.relative_to(ROOT).as_posix()) not in LATE]
     parents = [path.parents[up] / "__init__.py" for up in range(len(path.relative_to(ROOT).parts) - 1)]
     return [*found, *(parent for parent in parents if parent.exists() and parent != path)]
 

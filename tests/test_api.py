@@ -9,9 +9,9 @@ from pyarrow import csv
 
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
 

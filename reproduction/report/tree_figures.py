@@ -10,7 +10,7 @@ import numpy as np
 from reproduction.report.drawing import Drawing
 from reproduction.report.results import Results
 from robojoule.errors import InputError
-from robojoule.formats.tree_files import load_tree
+from robojoule.formats.program import load_program
 from robojoule.planning.graph import graph_of_tree
 from robojoule.plots.style import BLUE, GREY, ORANGE, RED, Style
 from robojoule.programs.operation_tree import OperationTree
@@ -110,7 +110,9 @@ def operation_tree(results: Results, style: Style) -> Drawing:
 
 
 def _tree(results: Results, name: str) -> OperationTree:
-    return load_tree(results.layout.trees_dir / f"{name}.yaml", results.robot)
+    program = load_program(results.layout.trees_dir / f"{name}.yaml")
+    program.check(results.robot)
+    return program.tree
 
 
 def _draw_arm(ax: Any, capsules: CollisionModel, q: Any, color: str, alpha: float, label: str) -> None:

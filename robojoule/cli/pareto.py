@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
     from robojoule.api import pareto
     from robojoule.documents import write_files
-    from robojoule.formats.registry import load_program
+    from robojoule.formats.program import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
     result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)

@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the program with its own speed limits and waits."""
     from robojoule.api import simulate
-    from robojoule.formats.registry import load_program
+    from robojoule.formats.program import load_program
     from robojoule.planning.cycle_run import cycle_warnings
 
     program, robot = load_program(arguments.program), robot_of(arguments)

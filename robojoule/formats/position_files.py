@@ -19,6 +19,7 @@ from pydantic import ValidationError
 
 from robojoule.documents import read_text, write_text
 from robojoule.errors import InputError
+from robojoule.formats.format import Reading
 from robojoule.inputs import LONGEST_S, counted, number_of, shown
 from robojoule.programs.operation_tree import (
     LEAST_SPEED_PERCENT,
@@ -26,7 +27,6 @@ from robojoule.programs.operation_tree import (
     OperationTree,
     tree_from_configurations,
 )
-from robojoule.programs.program import Program
 
 _SETTINGS = {"speed_limit_percent": 100.0, "wait_before_s": 0.0, "wait_after_s": 0.0}  # with their defaults
 _COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot"
@@ -39,8 +39,8 @@ class PositionFiles:
     name = "joint positions"
     suffixes: tuple[str, ...] = (".csv",)
 
-    def read(self, path: Path) -> Program:
-        """Read a file; see `robojoule.formats.registry.Format`."""
+    def read(self, path: Path) -> Reading:
+        """Read a file; see `robojoule.formats.format.Format`."""
         header, *rows = _rows(path)
         joints = _joint_columns(header)
         if len(rows) < 2:
@@ -66,22 +66,20 @@ class PositionFiles:
         moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
         limits, before, after = ({name: row.setting(column) for name, row in moves.items()} for column in _SETTINGS)
         places = {f"operations.{move}.target_rad": f"line {row.line}" for move, row in enumerate(targets)}
-        return Program(
+        return Reading(
             tree.with_plan(limits, waits_before_s=before, waits_after_s=after),
-            path,
-            self.name,
             {"robot": f"line {start.line}, column robot", "start_rad": f"line {start.line}", **places},
         )
 
-    def write(self, program: Program, path: Path) -> None:
-        """Write a file; see `robojoule.formats.registry.Format`.
+    def write(self, tree: OperationTree, path: Path) -> None:
+        """Write a file; see `robojoule.formats.format.Format`.
 
         Angles are in degrees if these read as the very same positions, as they do where they come from degrees.
         """
-        moves = _flat_moves(program.tree, path)
-        unit, positions = _positions([program.tree.start_rad, *(move.target_rad for move in moves)])
+        moves = _flat_moves(tree, path)
+        unit, positions = _positions([tree.start_rad, *(move.target_rad for move in moves)])
         joints = [f"q{joint}_{unit}" for joint in range(1, len(positions[0]) + 1)]
-        robot = {} if program.robot is None else {"robot": program.robot}
+        robot = {} if tree.robot is None else {"robot": tree.robot}
         settings = [robot, *({"name": move.name} | {key: getattr(move, key) for key in _SETTINGS} for move in moves)]
         text = io.StringIO()
         writer = csv.DictWriter(text, ["name", *joints, *_SETTINGS, *robot], restval="", lineterminator="\n")

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from robojoule.documents import read_document, write_document
 from robojoule.errors import InputError
+from robojoule.formats.format import Reading
 from robojoule.inputs import shown
 from robojoule.programs.operation_tree import (
     CoarseZone,
@@ -19,8 +20,6 @@ from robojoule.programs.operation_tree import (
     ProcessOperation,
     WaitOperation,
 )
-from robojoule.programs.program import Program, check_tree
-from robojoule.robots.robot import Robot
 
 SCHEMA_FILE = Path(__file__).with_name("operation-tree.schema.json")
 _MODELS: dict[str, type[BaseModel]] = {
@@ -37,30 +36,14 @@ class TreeFiles:
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
 
-    def read(self, path: Path) -> Program:
-        """Read a file; see `robojoule.formats.registry.Format`."""
+    def read(self, path: Path) -> Reading:
+        """Read a file; see `robojoule.formats.format.Format`."""
         data = read_document(path)
-        return Program(parse_tree(data, path), path, self.name, _keys_in_degrees(data))
+        return Reading(parse_tree(data, path), _keys_in_degrees(data))
 
-    def write(self, program: Program, path: Path) -> None:
-        """Write a file; see `robojoule.formats.registry.Format`."""
-        save_tree(program.tree, path)
-
-
-def load_tree(path: str | Path, robot: Robot | None = None) -> OperationTree:
-    """Read an operation tree.
-
-    Args:
-        path: YAML or JSON file.
-        robot: If given, the tree is checked against it (see `check_tree`).
-
-    Raises:
-        InputError: Unreadable file, unknown or missing key, bad value, or a tree that does not fit the robot.
-    """
-    tree = parse_tree(read_document(path), path)
-    if robot is not None:
-        check_tree(tree, robot, path)
-    return tree
+    def write(self, tree: OperationTree, path: Path) -> None:
+        """Write a file; see `robojoule.formats.format.Format`."""
+        save_tree(tree, path)
 
 
 def parse_tree(data: Any, source: str | Path) -> OperationTree:

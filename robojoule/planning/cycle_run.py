@@ -160,10 +160,10 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
 
 def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: OperationTree) -> CycleRun:
     """One tree, whose motions are some rows of column `k` of the runs."""
-    vertices = graph_of_tree(tree).vertices
+    vertices, moves = graph_of_tree(tree).vertices, {move.name: move for move in tree.moves()}
     idle_prior_w, idle_post_w = batch.idle_prior_w[rows], batch.idle_post_w[rows]
-    prior = np.array([vertex.least_prior_wait_s for vertex in vertices])
-    post = np.array([vertex.least_post_wait_s for vertex in vertices])
+    prior = np.array([v.least_prior_wait_s + moves[v.moves[0]].added_wait_before_s for v in vertices])
+    post = np.array([v.least_post_wait_s + moves[v.moves[-1]].added_wait_after_s for v in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
     vertex_energies = runs.energy_j[rows, k] + idle_prior_w * prior + idle_post_w * post
     cycle_time_s = float((prior + durations + post).sum())

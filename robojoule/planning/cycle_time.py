@@ -33,13 +33,14 @@ def reserve_s(asked: float | str, cycle_time_s: float) -> float:
     return seconds
 
 
-def cycle_time_s(asked: float | str, *, given_s: float, least_s: float) -> float:
+def cycle_time_s(asked: float | str, *, given_s: float, least_s: float, faster_s: float | None = None) -> float:
     """Cycle time in seconds, at least the least one.
 
     Args:
         asked: Seconds (7.5 or "7.5"), or a share above the program's cycle time ("+10%").
         given_s: Cycle time of the program as given. [s]
         least_s: Least feasible cycle time. [s]
+        faster_s: That with moves faster than the program's speed limits allow, for the message. [s]
 
     Raises:
         InputError: Neither of both, not positive, or longer than a day.
@@ -59,5 +60,5 @@ def cycle_time_s(asked: float | str, *, given_s: float, least_s: float) -> float
         problem = f"{shown(asked)}, which is {seconds:.6g} s, is too long for a cycle"
         raise InputError(problem, key="cycle_time", allowed=f"at most {LONGEST_S:g} s")
     if seconds < least_s - CYCLE_TIME_TOLERANCE_S:
-        raise CycleTimeTooShort(seconds, least_s)
+        raise CycleTimeTooShort(seconds, least_s, faster_s)
     return max(seconds, least_s)

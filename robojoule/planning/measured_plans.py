@@ -152,7 +152,9 @@ def learnt_batch(batch: TreeBatch, profiles: MeasuredProfiles) -> TreeBatch:
 
 def _within(batch: TreeBatch, profiles: MeasuredProfiles) -> Mask:
     """Speed limits that a batch allows, shape (M, S)."""
-    return np.asarray(profiles.speed_limits >= batch.slowest_speed_limit - 1e-9, dtype=np.bool_)
+    lowest, highest = (limit[:, None] for limit in batch.speed_range)
+    limits = profiles.speed_limits
+    return np.asarray((limits >= lowest - 1e-9) & (limits <= highest + 1e-9), dtype=np.bool_)
 
 
 def _check_every_move(batch: TreeBatch, runs: MeasuredRuns) -> None:

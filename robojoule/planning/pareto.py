@@ -223,7 +223,8 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
             motion. [-]
     """
     idle = [min(batch.idle_prior_w[rows].min(), batch.idle_post_w[rows].min()) for rows in batch.rows]
-    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
+    slowest, highest_limit = batch.speed_range
+    profiles = AdaptiveProfiles(batch.paths, slowest, highest_speed_limit=highest_limit)
     highest = np.repeat(idle, [rows.stop - rows.start for rows in batch.rows])
     profiles.refine(relative_error, highest_slope_w=highest)
     result = []

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.errors import PlanningError
+from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.speed_choice import Outlook
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.program import Program
 
+LEAST_GAIN = 5e-6  # share of the energy by which a plan must be better than the program as given to replace it
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
 
 
@@ -30,10 +31,11 @@ class Plan:
         robot: Name of the robot.
         payload_kg: What the robot carries. [kg]
         run: Simulation of the program.
-        least_cycle_time_s: Cycle time with all moves at full speed and required waits only. [s]
+        least_cycle_time_s: Cycle time with all moves at their highest speed limits and required waits only. [s]
         energy_given_j: Energy of the program as given. [J]
-        energy_unoptimized_j: Energy with all moves at full speed and a wait at the end until the cycle time. [J]
-        bound_j: Proven lower bound of the energy of every plan for this cycle time. [J]
+        energy_unoptimized_j: Energy with all moves but the fixed ones at full speed and a wait at the end until the
+            cycle time. [J]
+        bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step. [J]
         warnings: What to know before the plan is used, a sentence each.
         reserve_s: Slack that the plan keeps as a wait at its end. [s]
         profiles: Where its energy profiles come from: simulated, predicted or measured.
@@ -156,6 +158,15 @@ def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule) -> Cycl
     if not abs(late) <= LATE_S:
         raise PlanningError(f"the simulated cycle of '{written.name}' differs from the planned one by {late:.3g} s")
     return run
+
+
+def is_as_good(given: CycleRun, planned: CycleRun) -> bool:
+    """Whether a program as given keeps the planned cycle time with no more energy than the plan.
+
+    What plans may miss does not count: a plan that is planned again stays as it is.
+    """
+    on_time = abs(given.cycle_time_s - planned.cycle_time_s) <= LATE_S
+    return on_time and given.energy_j <= planned.energy_j * (1.0 + LEAST_GAIN)
 
 
 def waiting_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> float:

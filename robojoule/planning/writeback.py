@@ -23,11 +23,11 @@ def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]])
         plans: K plans for each tree.
 
     Returns:
-        Shape (M, K); within the batch's slowest speed limit and 1. [-]
+        Shape (M, K); within the batch's range. [-]
     """
     durations = stacked_durations(plans)
     columns = [batch.paths.speed_limits_for_durations(np.maximum(column, batch.d_min_s)) for column in durations.T]
-    return np.asarray(np.clip(np.stack(columns, axis=1), batch.slowest_speed_limit, 1.0))
+    return np.asarray(np.clip(np.stack(columns, axis=1), *(limit[:, None] for limit in batch.speed_range)))
 
 
 def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
@@ -81,15 +81,23 @@ def write_plan(
         post[-1] += missing
     else:
         _shorten(prior, post, least_prior, least_post, -missing)
-    moves = {move.name: move for move in tree.moves()}
     before, after = {}, {}
     for v, vertex in enumerate(graph.vertices):
-        first, last = moves[vertex.moves[0]], moves[vertex.moves[-1]]
-        # Wait operations and process steps stay as they are: the move's own wait is what goes beyond them.
-        before[first.name] = _wait(float(prior[v] - least_prior[v]) + first.wait_before_s)
-        after[last.name] = _wait(float(post[v] - least_post[v]) + last.wait_after_s)
-    limits = {vertex.moves[-1]: 100.0 * float(p) for vertex, p in zip(graph.vertices, speed_limits, strict=True)}
-    return tree.with_plan(limits, waits_before_s=before, waits_after_s=after)
+        # Waits and process steps of the program stay as they are: what goes beyond them is added, and marked so.
+        before[vertex.moves[0]] = _wait(float(prior[v] - least_prior[v]))
+        after[vertex.moves[-1]] = _wait(float(post[v] - least_post[v]))
+    given = {move.name: move.speed_limit_percent for move in tree.moves()}
+    limits = {
+        vertex.moves[-1]: _percent(float(p), given[vertex.moves[-1]])
+        for vertex, p in zip(graph.vertices, speed_limits, strict=True)
+    }
+    return tree.with_plan(limits, added_waits_before_s=before, added_waits_after_s=after)
+
+
+def _percent(speed_limit: float, given_percent: float) -> float:
+    """A speed limit as it is written: as it was given, or in few digits, where that is the very same number. [%]"""
+    plain = (given_percent, round(100.0 * speed_limit, 6))
+    return next((percent for percent in plain if percent / 100.0 == speed_limit), 100.0 * speed_limit)
 
 
 def _wait(seconds: float) -> float:

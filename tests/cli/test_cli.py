@@ -11,7 +11,8 @@ import pytest
 
 from robojoule import __version__
 from robojoule.cli import COMMANDS, main
-from robojoule.formats.tree_files import load_tree, save_tree
+from robojoule.formats.program import load_program
+from robojoule.formats.tree_files import save_tree
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -62,7 +63,7 @@ def test_closed_and_full_streams_end_without_a_traceback(line, code, said):
 
 
 def test_terminals_that_know_ascii_only_get_the_rest_escaped(program, tmp_path):
-    tree = load_tree(program).model_copy(update={"name": "Gr\xfc\xdfe"})
+    tree = load_program(program).tree.model_copy(update={"name": "Gr\xfc\xdfe"})
     save_tree(tree, tmp_path / "cycle.json")
     words = ["optimize", "cycle.json", "--robot", "kuka_kr16_r2010_2", "--cycle-time", "4"]
     done = subprocess.run(

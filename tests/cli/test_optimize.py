@@ -5,8 +5,7 @@ import json
 import pytest
 
 from robojoule.cli import main
-from robojoule.formats.registry import load_program
-from robojoule.programs.program import Program
+from robojoule.formats.program import Program, load_program
 
 ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.formats.registry import load_program
+from robojoule.formats.program import Program, load_program
 from robojoule.formats.tree_files import parse_tree
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 from robojoule.robots import load_robot
 
 GOOD = """\

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.formats.registry import FORMATS, format_of, load_program
+from robojoule.formats.program import Program, load_program
+from robojoule.formats.registry import FORMATS, format_of
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 
 SUFFIXES = [suffix for one in FORMATS for suffix in one.suffixes]
 

@@ -8,10 +8,9 @@ import pytest
 import yaml
 
 from robojoule.errors import InputError
-from robojoule.formats.registry import load_program
+from robojoule.formats.program import load_program
 from robojoule.formats.tree_files import (
     SCHEMA_FILE,
-    load_tree,
     operation_tree_schema,
     parse_tree,
     save_tree,
@@ -235,11 +234,11 @@ BAD_FOR_ROBOT = {
     ),
     "joint-count": (
         edit(*OPS, 0, "target_deg", value=[0, 0, 0]),
-        "operations.0.target_rad: move 'go': 3 joint positions given, but kuka_kr16_r2010_2 has 6 joints",
+        "operations.0.target_deg: move 'go': 3 joint positions given, but kuka_kr16_r2010_2 has 6 joints",
     ),
     "start-joint-count": (
         edit("start_deg", value=[0] * 7),
-        "start_rad: the start: 7 joint positions given, but kuka_kr16_r2010_2 has 6 joints",
+        "start_deg: the start: 7 joint positions given, but kuka_kr16_r2010_2 has 6 joints",
     ),
     "beyond-limit": (
         edit(*IN_GROUP, 1, "target_rad", 1, value=2),
@@ -274,9 +273,9 @@ def test_tree_that_does_not_fit_the_robot(case, robot, tmp_path):
     change(data)
     path = tmp_path / "cell.yaml"
     path.write_text(yaml.safe_dump(data))
-    load_tree(path)  # without a robot nothing is wrong with it
+    program = load_program(path)  # without a robot nothing is wrong with it
     with pytest.raises(InputError) as caught:
-        load_tree(path, robot)
+        program.check(robot)
     assert str(caught.value) == f"{path}, {message}"
 
 
@@ -295,12 +294,12 @@ def test_tree_that_does_not_fit_the_robot(case, robot, tmp_path):
 def test_unreadable_file(name, text, message, tmp_path):
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=message):
-        load_tree(tmp_path / name)
+        load_program(tmp_path / name)
 
 
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match="no such file"):
-        load_tree(tmp_path / "none.yaml")
+        load_program(tmp_path / "none.yaml")
 
 
 def test_operations_that_contain_themselves():
@@ -311,11 +310,11 @@ def test_operations_that_contain_themselves():
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".yml", ".json"])
-def test_saved_tree_loads_equal(suffix, tmp_path, robot):
+def test_saved_tree_loads_equal(suffix, tmp_path):
     tree = parse_tree(example(), "x").with_plan({"go": 1 / 3 * 100}, waits_after_s={"stop": 0.1 + 0.2})
     path = tmp_path / f"tree{suffix}"
     save_tree(tree, path)
-    assert load_tree(path, robot) == tree
+    assert load_program(path).tree == tree
     first = path.read_bytes()
     save_tree(tree, path)
     assert path.read_bytes() == first
@@ -354,7 +353,9 @@ def test_documented_tree_is_valid(robot, tmp_path):
     (text,) = snippets("yaml operation-tree")
     jsonschema.Draft202012Validator(PUBLISHED_SCHEMA).validate(yaml.safe_load(text))
     (tmp_path / "spot-weld.yaml").write_text(text)
-    assert len(load_tree(tmp_path / "spot-weld.yaml", robot).moves()) == 3
+    program = load_program(tmp_path / "spot-weld.yaml")
+    program.check(robot)
+    assert len(program.moves) == 3
 
 
 def test_documented_messages_are_the_real_ones(robot, tmp_path, monkeypatch):
@@ -388,6 +389,6 @@ def test_documented_code_runs(tmp_path, monkeypatch, capsys):
     Path("spot-weld.yaml").write_text(text)
     for code in snippets("python"):
         exec(compile(code, str(DOCUMENT), "exec"), {})
-    saved = load_tree("spot-weld-slower.json")
-    assert {move.name: move.speed_limit_percent for move in saved.moves()}["to first spot"] == 40
+    saved = load_program("spot-weld-slower.json")
+    assert {move.name: move.speed_limit_percent for move in saved.moves}["to first spot"] == 40
     assert "10 moves" in capsys.readouterr().out

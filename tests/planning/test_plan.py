@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from robojoule.errors import PlanningError
+from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
 from robojoule.planning.rule import rule_plan
 from robojoule.planning.writeback import write_plans
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 from tests.core_cases import HOME_DEG, kr16
 from tests.planning.trees import busy_tree, tree
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import robojoule as rj
+from robojoule.formats.program import Program
 from robojoule.plots import energy, pareto, style
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program
 from tests.core_cases import HOME_DEG, kr16
 
 END_DEG = (60, -60, 90, 0, 30, 0)

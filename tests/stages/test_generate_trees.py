@@ -8,7 +8,7 @@ import pytest
 from reproduction.config import load_params
 from reproduction.layout import Layout
 from robojoule.errors import InputError
-from robojoule.formats.tree_files import load_tree
+from robojoule.formats.program import load_program
 from robojoule.robots import load_robot
 from stages.generate_trees import generate_trees
 
@@ -77,9 +77,10 @@ def test_experiment_files_hold_the_same_trees(written):
     frame = pq.read_table(written.trees).to_pandas()
     joints = [f"q{joint}_rad" for joint in range(1, 7)]
     for path in written.trees_dir.iterdir():
-        tree = load_tree(path, robot)
-        assert tree.name == path.stem
-        np.testing.assert_array_equal(tree.configurations_rad(), frame[frame.tree_id == path.stem][joints])
+        program = load_program(path)
+        program.check(robot)
+        assert program.name == path.stem
+        np.testing.assert_array_equal(program.tree.configurations_rad(), frame[frame.tree_id == path.stem][joints])
 
 
 def test_no_tree_stands_in_two_splits(written):

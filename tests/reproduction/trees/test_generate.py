@@ -12,7 +12,7 @@ from reproduction.trees.generate import (
 )
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import check_tree
+from robojoule.programs.tree_check import check_tree
 from robojoule.robots import load_robot
 from robojoule.robots.collision import CollisionModel
 from robojoule.robots.robot import Payload

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from robojoule.errors import InputError
+from robojoule.formats.program import Program
 from robojoule.programs.operation_tree import tree_from_configurations
-from robojoule.programs.program import Program, check_tree
+from robojoule.programs.tree_check import check_tree
 from robojoule.robots import load_robot
 
 HOME_DEG = (0, -90, 90, 0, 0, 0)

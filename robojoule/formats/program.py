@@ -1,4 +1,4 @@
-"""The program: what a robot does in a cycle, where it was read from, and whether a robot can do it."""
+"""The program: what a robot does in a cycle, with the file that it was read from or is written to."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from pathlib import Path
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError
+from robojoule.formats.registry import format_of
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
+from robojoule.programs.tree_check import check_tree
 from robojoule.robots.robot import Robot
 
 
@@ -68,40 +70,21 @@ class Program:
         Raises:
             InputError: Unknown suffix, a program that the format cannot hold, or a file that cannot be written.
         """
-        from robojoule.formats.registry import format_of  # late: formats build on programs
-
         target = as_path(path, "path")
         check_output(target)
-        format_of(target).write(self, target)
+        format_of(target).write(self.tree, target)
 
 
-def check_tree(
-    tree: OperationTree,
-    robot: Robot,
-    source: str | Path | None = None,
-    places: Mapping[str, str] | None = None,
-) -> None:
-    """Check that a robot can execute a tree: name, joint count and joint limits of every configuration.
+def load_program(path: str | Path) -> Program:
+    """Read a program from a file of any known format.
 
     Args:
-        tree: Tree to check.
-        robot: Robot that shall execute it.
-        source: Name of the file for messages.
-        places: What messages say in place of the keys.
+        path: Operation tree (YAML, JSON) or joint positions (CSV).
 
     Raises:
-        InputError: First violation, naming the operation and the joint.
+        InputError: Unknown suffix, unreadable file, or a file that does not hold a program.
     """
-    if not robot.takes_programs_of(tree.robot):
-        problem = f"the tree is written for robot '{tree.robot}', not for '{robot.name}'"
-        raise InputError(problem, file=source, key=(places or {}).get("robot", "robot"))
-    configurations = [("start_rad", "the start", tree.start_rad)]
-    for key, operation in tree.walk():
-        if isinstance(operation, MoveOperation):
-            configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
-    for key, what, values in configurations:
-        try:
-            robot.check_configuration(values)
-        except InputError as error:
-            place = (places or {}).get(key, key)
-            raise InputError(f"{what}: {error.problem}", file=source, key=place, allowed=error.allowed) from None
+    file = as_path(path, "path")
+    found = format_of(file)
+    reading = found.read(file)
+    return Program(reading.tree, file, found.name, reading.places)

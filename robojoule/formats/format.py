@@ -1,0 +1,49 @@
+"""What a file format of programs is, and what it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from robojoule.programs.operation_tree import OperationTree
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a file of a program holds.
+
+    Attributes:
+        tree: The operations of the cycle.
+        places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
+    """
+
+    tree: OperationTree
+    places: Mapping[str, str]
+
+
+class Format(Protocol):
+    """A kind of file that holds programs.
+
+    Attributes:
+        name: What it is called.
+        suffixes: Suffixes of its files, in lower case, with the dot.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+
+    def read(self, path: Path) -> Reading:
+        """Read a file.
+
+        Raises:
+            InputError: The file cannot be read, or does not hold a program; names the place in the file.
+        """
+
+    def write(self, tree: OperationTree, path: Path) -> None:
+        """Write a file, atomically.
+
+        Raises:
+            InputError: The format cannot hold the tree, or the file cannot be written.
+        """
