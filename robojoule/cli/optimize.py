@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
-from robojoule.cli._output import show_head, show_moves
+from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._output import show_head, show_moves, show_outlook
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,6 +20,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="seconds (7.5), or a share above the cycle time of the program as given, waits included (+10%%)",
     )
+    add_measurements(parser)
+    parser.add_argument(
+        "--profiles",
+        metavar="KIND",
+        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with speed limits and waits here")
 
 
@@ -30,8 +36,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["program", "robot"], {"out": suffixes})
-    plan = optimize(load_program(arguments.program), robot_of(arguments), cycle_time=arguments.cycle_time)
+    check_outputs(arguments, ["program", "robot", "runs"], {"out": suffixes})
+    plan = optimize(
+        load_program(arguments.program),
+        robot_of(arguments),
+        cycle_time=arguments.cycle_time,
+        reserve=arguments.reserve,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
+    )
     if arguments.out is not None:
         plan.save(arguments.out)
     return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}
@@ -41,13 +55,17 @@ def show(result: dict[str, Any]) -> None:
     """Print the plan."""
     show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s (fastest {result['least_cycle_time_s']:.4f} s)")
-    gap = result["gap_to_optimum_percent"]
-    print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
+    if result["profiles"] == "measured":
+        print(f"energy {result['energy_j']:.1f} J per cycle, by the measured runs")
+    else:
+        gap = result["gap_to_optimum_percent"]
+        print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
     for name, energy, saving in (
         ("the program as given", "energy_given_j", "saving_percent"),
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    show_outlook(result)
     show_moves(result)
     if result["out"]:
         print(f"written to {result['out']}")

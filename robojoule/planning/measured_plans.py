@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robojoule.arrays import Mask
+from robojoule.arrays import Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.inputs import counted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.schedule import Schedule
@@ -25,6 +26,8 @@ from robojoule.planning.writeback import write_plan
 from robojoule.profile.measured import MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
 
+SAME_TIME_S = 1e-3  # of waits: below, nothing is left to be used
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPlan:
@@ -35,16 +38,22 @@ class MeasuredPlan:
         run: One cycle of it, by the profiles.
         given: One cycle of the program as given, by the profiles.
         fastest: One cycle at full speed, by the profiles.
-        bound_j: Least energy that any choice of speed limits has by the profiles. [J]
+        least_cycle_s: Least cycle time by the profiles. [s]
+        reserve_s: Slack that is kept at the end. [s]
+        idle_end_w: Idle power where the cycle ends. [W]
         outlook: How sure the plan is.
+        warnings: What to know of the runs, a sentence each.
     """
 
     written: OperationTree
     run: CycleRun
     given: CycleRun
     fastest: CycleRun
-    bound_j: float
+    least_cycle_s: float
+    reserve_s: float
+    idle_end_w: float
     outlook: Outlook
+    warnings: tuple[str, ...]
 
 
 def plan_on_measurements(
@@ -73,14 +82,16 @@ def plan_on_measurements(
         CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
     """
     tree, graph = batch.trees[0], batch.graphs[0]
-    at_full_speed = tree.with_plan({move.name: 100.0 for move in tree.moves()})
-    as_written, at_full = simulate_trees(batch, [[tree, at_full_speed]])[0]
-    slowest = min(batch.slowest_speed_limit, *as_written.speed_limits.tolist(), *runs.speed_limits.tolist())
-    limits = controller_limits(speed_step, slowest)
-    profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, runs.speed_limits)))
-    taken = np.isin(profiles.speed_limits, limits)
+    as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
+    limits = controller_limits(speed_step, batch.slowest_speed_limit)
+    others = np.concatenate([runs.speed_limits, as_written.speed_limits, batch.speed_range[1]])
+    profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, others)))
+    taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])
     given, fastest = (believed(run, profiles) for run in (as_written, at_full))
-    wanted_s = cycle_time(given.cycle_time_s, fastest.cycle_time_s)
+    waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
+    allowed = profiles.allowed & taken & _within(batch, profiles)
+    least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
+    wanted_s = cycle_time(given.cycle_time_s, least_s)
     if np.unique(runs.speed_limits).size == 1:
         second = 100.0 * second_trial_limit(batch, runs, wanted_s, limits)
         raise InputError(
@@ -91,11 +102,9 @@ def plan_on_measurements(
     if every_move:
         _check_every_move(batch, runs)
     reserve_s = reserve(wanted_s)
-    waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
-    allowed = profiles.allowed & taken & _within(batch, profiles)
     places = choose_speeds(profiles, wanted_s - float(waits.sum()) - reserve_s, cautious=cautious, allowed=allowed)
     if places is None:
-        raise CycleTimeTooShort(wanted_s, fastest.cycle_time_s + reserve_s)
+        raise CycleTimeTooShort(wanted_s, least_s + reserve_s)
     rows = np.arange(len(places))
     durations = profiles.duration_s[rows, places]
     slack_s = wanted_s - float(waits.sum()) - reserve_s - float(durations.sum())
@@ -127,7 +136,20 @@ def plan_on_measurements(
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )
-    return MeasuredPlan(written, run, given, fastest, run.energy_j, outlook)
+    warnings = _warnings(profiles, places, slack_s, allowed)
+    return MeasuredPlan(
+        written, run, given, fastest, least_s, reserve_s, float(profiles.idle_w[-1, 1]), outlook, warnings
+    )
+
+
+def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
+    """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
+    lowest = allowed.argmax(axis=1)
+    stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
+    if slack_s <= SAME_TIME_S or stuck == 0:
+        return ()
+    moves = counted(stuck, "move") if stuck > 1 else "a move"
+    return (f"{moves} at the lowest speed limit that was measured: slower runs may save more",)
 
 
 def believed(run: CycleRun, profiles: MeasuredProfiles) -> CycleRun:

@@ -17,7 +17,6 @@ from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import checked_durations, fit_all
 from robojoule.calibration.timing_fit import best_rules
 from robojoule.calibration.timing_rules import Candidate
-from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import least_cost_choice
 from robojoule.profile.measured import MeasuredProfiles
@@ -27,7 +26,6 @@ TOLERANCE = 2e-6  # of the energy at full speed: by how much a better choice of 
 SECOND_TRIAL = 1.4  # cycle time of the second trial over the one asked for: room to slow single moves down
 FASTEST_SECOND_TRIAL = 0.8
 DISCREPANCY = 0.5  # points of a saving that no figure of the model explains
-_LEAST_LIMIT_STEP = 1e-4
 
 
 @dataclass(frozen=True)
@@ -36,16 +34,16 @@ class Outlook:
 
     Attributes:
         rule: How the controller makes its time laws.
-        cycle_deviation_s: Standard deviation of the cycle time. [s]
-        late_probability: Probability that the cycle takes longer than asked for, reserve included. [-]
+        cycle_deviation_s: Standard deviation of the cycle time; None where no timing was learnt. [s]
+        late_probability: Probability that the cycle takes longer than asked for, reserve included; None likewise. [-]
         saving_low_percent: Lower end of the interval that holds the saving with 90 %; None where energies were not
             measured or predicted. [%]
         saving_high_percent: Its upper end. [%]
     """
 
     rule: str
-    cycle_deviation_s: float
-    late_probability: float
+    cycle_deviation_s: float | None
+    late_probability: float | None
     saving_low_percent: float | None = None
     saving_high_percent: float | None = None
 
@@ -59,8 +57,6 @@ def late_probability(margin_s: float, deviation_s: float) -> float:
 
 def controller_limits(step: float, slowest: float) -> Array:
     """Speed limits that a controller takes: multiples of a step, and full speed, shape (S,). [-]"""
-    if step < _LEAST_LIMIT_STEP:
-        raise InputError("the step of speed limits is too small", key="speed_step", allowed="0.01 % or more")
     count = math.floor(1.0 / step + 1e-9)
     limits = step * np.arange(1, count + 1)
     return frozen(np.unique(np.round(np.append(limits[limits >= slowest - 1e-9], 1.0), 12)))
