@@ -88,7 +88,7 @@ class CycleTimeTooShort(InputError):
         self.requested_s = requested_s
         self.minimum_s = minimum_s
         self.faster_s = faster_s
-        bounded = faster_s is not None and faster_s < minimum_s
+        bounded = faster_s is not None and faster_s < minimum_s - 1e-6
         within = " within the program's speed limits" if bounded else ""
         super().__init__(
             f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{within}",

@@ -20,6 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cycle-time", metavar="T", help="cycle time asked for [s] (default: the plan's own by the robot's file)"
     )
+    parser.add_argument(
+        "--speed-step",
+        type=number,
+        default=1.0,
+        metavar="PERCENT",
+        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+    )
     add_measurements(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")
 
@@ -31,13 +38,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["program", "robot", "runs"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
     plan = adjust(
         load_program(arguments.program),
         robot_of(arguments),
         measured_cycle=arguments.measured_cycle,
         runs=arguments.runs,
         cycle_time=arguments.cycle_time,
+        speed_step=arguments.speed_step,
         reserve=arguments.reserve,
         cautious=arguments.cautious,
     )

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, robot_of
+from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, number, robot_of
 from robojoule.cli._output import show_head, show_moves, show_outlook
 
 
@@ -20,13 +20,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="seconds (7.5), or a share above the cycle time of the program as given, waits included (+10%%)",
     )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
+    parser.add_argument(
+        "--speed-step",
+        type=number,
+        default=1.0,
+        metavar="PERCENT",
+        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+    )
     add_measurements(parser)
     parser.add_argument(
         "--profiles",
         metavar="KIND",
         help="where energies come from: simulated (default), predicted, measured (default with --runs)",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with speed limits and waits here")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="write the program with speed limits and waits here; it may be PROGRAM itself, the rest of which is kept",
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -36,11 +51,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["program", "robot", "runs"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
     plan = optimize(
         load_program(arguments.program),
         robot_of(arguments),
         cycle_time=arguments.cycle_time,
+        allow_faster=arguments.allow_faster,
+        speed_step=arguments.speed_step,
         reserve=arguments.reserve,
         profiles=arguments.profiles,
         runs=arguments.runs,

@@ -24,6 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="least",
         help="end at the cycle time with the least energy, or where all further time is waited (default: least)",
     )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
 
@@ -35,7 +38,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.program import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
-    result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
+    found = pareto(load_program(arguments.program), robot_of(arguments), allow_faster=arguments.allow_faster)
+    result = found.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

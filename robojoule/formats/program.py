@@ -24,12 +24,14 @@ class Program:
         path: File that it was read from, if any.
         format: Name of that file's format, if any.
         places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
+        text: Text of that file, into which `save` writes the tree's speed limits and waits.
     """
 
     tree: OperationTree
     path: Path | None = None
     format: str | None = None
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+    text: str | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.tree, OperationTree):
@@ -67,12 +69,15 @@ class Program:
     def save(self, path: str | Path) -> None:
         """Write the program in the format that the suffix names.
 
+        In the format that it was read from, comments, units and the order of keys stay as they were.
+
         Raises:
             InputError: Unknown suffix, a program that the format cannot hold, or a file that cannot be written.
         """
         target = as_path(path, "path")
         check_output(target)
-        format_of(target).write(self.tree, target)
+        found = format_of(target)
+        found.write(self.tree, target, self.text if found.name == self.format else None)
 
 
 def load_program(path: str | Path) -> Program:
@@ -87,4 +92,4 @@ def load_program(path: str | Path) -> Program:
     file = as_path(path, "path")
     found = format_of(file)
     reading = found.read(file)
-    return Program(reading.tree, file, found.name, reading.places)
+    return Program(reading.tree, file, found.name, reading.places, reading.text)

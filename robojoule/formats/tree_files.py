@@ -8,9 +8,10 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from robojoule.documents import read_document, write_document
+from robojoule.documents import data_of, read_document_text, write_document, write_text
 from robojoule.errors import InputError
 from robojoule.formats.format import Reading
+from robojoule.formats.tree_text import text_with_plan
 from robojoule.inputs import shown
 from robojoule.programs.operation_tree import (
     CoarseZone,
@@ -31,19 +32,34 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 class TreeFiles:
-    """Files of operation trees; angles in radians or degrees when read, in radians when written."""
+    """Files of operation trees; angles in radians or degrees when read, written as they were or else in radians."""
 
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""
-        data = read_document(path)
-        return Reading(parse_tree(data, path), _keys_in_degrees(data))
+        text = read_document_text(path)
+        data = data_of(text, path)
+        return Reading(parse_tree(data, path), _keys_in_degrees(data), text)
 
-    def write(self, tree: OperationTree, path: Path) -> None:
+    def write(self, tree: OperationTree, path: Path, text: str | None = None) -> None:
         """Write a file; see `robojoule.formats.format.Format`."""
-        save_tree(tree, path)
+        kept = None if text is None else text_with_plan(text, tree)
+        if kept is not None and _held(kept, path, path) == tree:
+            write_text(path, kept)
+        elif kept is not None and _held(kept, path, Path("any.yaml")) == tree:  # from YAML to JSON or back
+            write_document(path, data_of(kept, "any.yaml"))
+        else:
+            save_tree(tree, path)
+
+
+def _held(text: str, path: Path, read_as: Path) -> OperationTree | None:
+    """The tree that a text would be read as in a file of some name, if any."""
+    try:
+        return parse_tree(data_of(text, read_as), path)
+    except InputError:
+        return None
 
 
 def parse_tree(data: Any, source: str | Path) -> OperationTree:

@@ -113,3 +113,9 @@ def speed_range(moves: Sequence[MoveOperation], slowest_speed_limit: float) -> t
     fixed = np.array([move.fixed for move in moves], dtype=bool)
     lowest = np.minimum(np.maximum(least, slowest_speed_limit), highest)
     return np.where(fixed, highest, lowest), highest
+
+
+def percent_of(speed_limit: float, given_percent: float | None = None) -> float:
+    """A speed limit as it is written: as it was given, or in few digits, where that is the very same number. [%]"""
+    plain = (given_percent, round(100.0 * speed_limit, 6))
+    return next((p for p in plain if p is not None and p / 100.0 == speed_limit), 100.0 * speed_limit)

@@ -11,7 +11,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
-from robojoule.planning.batch import TreeBatch
+from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import graph_of_tree, process_energy_j
 from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
@@ -92,7 +92,7 @@ class CycleRun:
     def moves(self) -> tuple[MoveRun, ...]:
         """The moves in order of execution."""
         columns = (
-            100.0 * self.speed_limits,
+            np.array([percent_of(float(limit)) for limit in self.speed_limits]),
             self.durations_s,
             self.prior_waits_s,
             self.post_waits_s,

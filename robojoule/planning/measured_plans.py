@@ -83,7 +83,8 @@ def plan_on_measurements(
     """
     tree, graph = batch.trees[0], batch.graphs[0]
     as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
-    limits = controller_limits(speed_step, batch.slowest_speed_limit)
+    known = min(float(runs.speed_limits.min()), float(as_written.speed_limits.min()))
+    limits = controller_limits(speed_step, max(batch.slowest_speed_limit, known))
     others = np.concatenate([runs.speed_limits, as_written.speed_limits, batch.speed_range[1]])
     profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, others)))
     taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])

@@ -25,6 +25,7 @@ from robojoule.profile.source import ProfileSource
 
 SPEED_STEP_PERCENT = 1.0  # what controllers take: whole percents
 CHOICE_GAP = 2e-6  # of a plan's energy, by which a better one may be missed
+WAITS_PER_S = 1e9  # steps of waits as they are written
 _STEP_BOUNDS_PERCENT = (0.01, 50.0)
 _SAME_SHARE = 1e-9  # of a step: rounding of percents
 
@@ -71,7 +72,7 @@ def speed_choices(batch: TreeBatch, step_percent: float) -> list[Array]:
         # Nearest decimals, so that 29 % is written as 29.
         limits = np.array([round(step * step_percent, 9) / 100.0 for step in range(first, last + 1)])
         found.append(np.append(limits[limits < min(top, high) - _SAME_SHARE], high))
-    return found
+    return [limits if moves else limits[-1:] for limits, moves in zip(found, batch.paths.moving, strict=True)]
 
 
 def whole_speed_plan(
@@ -114,10 +115,12 @@ def whole_speed_plan(
         choice = _chosen(least_cost_choice(durations, costs, budget, tolerance_j=tolerance_j))
     chosen_s = np.array([d[k] for d, k in zip(durations, choice.options, strict=True)])
     waits = required.copy()
-    waits[place] += max(budget - float(chosen_s.sum()), 0.0)
+    # Rounded down, as it is to be read by people.
+    waits[place] += np.floor(max(budget - float(chosen_s.sum()), 0.0) * WAITS_PER_S) / WAITS_PER_S
     ends = np.cumsum(waits.sum(axis=1) + chosen_s)
     schedule = replace(
         plan,
+        cycle_time_s=float(ends[-1]),
         durations_s=chosen_s,
         prior_waits_s=waits[:, 0],
         post_waits_s=waits[:, 1],

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.planning.batch import TreeBatch
+from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
+_SAME_S = 1e-14  # what sums leave of a wait that has few digits
 ROUNDING_S = 1e-12  # below: what is left of sums and differences of times
 
 
@@ -88,20 +89,17 @@ def write_plan(
         after[vertex.moves[-1]] = _wait(float(post[v] - least_post[v]))
     given = {move.name: move.speed_limit_percent for move in tree.moves()}
     limits = {
-        vertex.moves[-1]: _percent(float(p), given[vertex.moves[-1]])
+        vertex.moves[-1]: percent_of(float(p), given[vertex.moves[-1]])
         for vertex, p in zip(graph.vertices, speed_limits, strict=True)
     }
     return tree.with_plan(limits, added_waits_before_s=before, added_waits_after_s=after)
 
 
-def _percent(speed_limit: float, given_percent: float) -> float:
-    """A speed limit as it is written: as it was given, or in few digits, where that is the very same number. [%]"""
-    plain = (given_percent, round(100.0 * speed_limit, 6))
-    return next((percent for percent in plain if percent / 100.0 == speed_limit), 100.0 * speed_limit)
-
-
 def _wait(seconds: float) -> float:
-    """A wait as it is written: what only rounding left of it is none."""
+    """A wait as it is written: what only rounding left of it is none, and few digits stand for those near them."""
+    plain = round(seconds, 9)
+    if abs(seconds - plain) <= _SAME_S:
+        return plain
     return seconds if seconds > ROUNDING_S else 0.0
 
 

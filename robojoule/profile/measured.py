@@ -27,7 +27,7 @@ from robojoule.robots.controller_file import ControllerTiming
 ENERGY_NOISE = 0.02  # of a measured energy
 MODEL_NOISE = 0.01  # of a modelled one beside what its figures explain
 SLOPE_SPREAD = 0.02  # of energy per e-fold of duration, of friction in another form than the model's
-_NODES = 18
+_NODES = 14
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +120,12 @@ class Measurement:
 
     Args:
         paths: The motions of the nominal robot.
+        directions: Its inertial directions, shape (10 n, r); found if not given.
     """
 
-    def __init__(self, paths: MotionPaths) -> None:
+    def __init__(self, paths: MotionPaths, directions: Array | None = None) -> None:
         self.paths = paths
-        self.directions = body_directions(paths.robot)
+        self.directions = body_directions(paths.robot) if directions is None else directions
         self.vector = run_parameters(paths.robot.drives, self.directions)
         self._regressed = PathIntegrals(paths, np.ones(1), self.directions)
 
@@ -190,7 +191,7 @@ class Measurement:
         """The fields of `MeasuredProfiles` that are about energies."""
         paths, vector = self.paths.with_controller(controller), self.vector
         low = min(float(grid[0]), float(runs.speed_limits.min()))
-        nodes = np.exp(np.linspace(np.log(low), 0.0, _NODES))
+        nodes = np.exp(np.linspace(np.log(min(low, 0.999)), 0.0, _NODES))
         integrals = PathIntegrals(paths, nodes, self.directions, self._regressed)
         start = np.concatenate([part.start for part in vector.groups] + [np.zeros(self.directions.shape[1])])
         found = evaluate_runs(vector, integrals, start)

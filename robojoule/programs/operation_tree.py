@@ -22,6 +22,13 @@ from robojoule.inputs import LONGEST_S, real
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
+PLANNED = {  # what plans change in moves, with its defaults
+    "speed_limit_percent": 100.0,
+    "wait_before_s": 0.0,
+    "wait_after_s": 0.0,
+    "added_wait_before_s": 0.0,
+    "added_wait_after_s": 0.0,
+}
 LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
 MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
 
@@ -305,24 +312,30 @@ class OperationTree(Document):
         Raises:
             InputError: A name is not that of a move of this tree, or a value is out of range.
         """
-        changes: dict[str, dict[str, float]] = {}
-        for field, values in (
-            ("speed_limit_percent", speed_limits_percent),
-            ("wait_before_s", waits_before_s or {}),
-            ("wait_after_s", waits_after_s or {}),
-            ("added_wait_before_s", added_waits_before_s or {}),
-            ("added_wait_after_s", added_waits_after_s or {}),
-        ):
-            for name, value in values.items():
-                changes.setdefault(name, {})[field] = float(value)
-        unknown = sorted(changes.keys() - {move.name for move in self.moves()})
+        settings: dict[str, dict[str, float]] = {}
+        given = (speed_limits_percent, waits_before_s, waits_after_s, added_waits_before_s, added_waits_after_s)
+        for field, values in zip(PLANNED, given, strict=True):
+            for name, value in (values or {}).items():
+                settings.setdefault(name, {})[field] = float(value)
+        return self.with_settings(settings)
+
+    def with_settings(self, settings: Mapping[str, Mapping[str, Any]]) -> OperationTree:
+        """A new tree with other values of some keys of its moves.
+
+        Args:
+            settings: New values by their keys, per name of a move.
+
+        Raises:
+            InputError: A name is not that of a move of this tree, or a value is out of range.
+        """
+        unknown = sorted(settings.keys() - {move.name for move in self.moves()})
         if unknown:
             raise InputError(f"the tree '{self.name}' has no move '{unknown[0]}'")
 
         def rewrite(operation: dict[str, Any]) -> dict[str, Any]:
             if operation["type"] == "compound":
                 return {**operation, "operations": [rewrite(child) for child in operation["operations"]]}
-            return {**operation, **changes.get(operation["name"], {})} if operation["type"] == "move" else operation
+            return {**operation, **settings.get(operation["name"], {})} if operation["type"] == "move" else operation
 
         data = self.model_dump()
         try:
@@ -332,7 +345,8 @@ class OperationTree(Document):
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
             key = ".".join(str(part) for part in details["loc"])
-            raise InputError(f"the plan does not fit the tree '{self.name}': {details['msg']}", key=key) from None
+            said = details["msg"].removeprefix("Value error, ")
+            raise InputError(f"the plan does not fit the tree '{self.name}': {said}", key=key) from None
 
     def without_plan(self, *, full_speed: bool = False) -> OperationTree:
         """The tree without the waits that a plan added.

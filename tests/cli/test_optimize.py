@@ -35,7 +35,7 @@ def test_the_written_program_keeps_the_cycle_time(program, tmp_path, capsys):
 def test_a_share_is_one_of_the_program_as_given(program, tmp_path, capsys):
     slow = tmp_path / "slow.csv"
     Program(load_program(program).tree.with_plan({"move-1": 20.0}, waits_after_s={"move-2": 1.0})).save(slow)
-    result = optimized(capsys, slow, "--cycle-time", "+0%")
+    result = optimized(capsys, slow, "--cycle-time", "+0%", "--allow-faster")
     assert result["cycle_time_s"] > result["least_cycle_time_s"] + 0.5
     assert result["energy_given_j"] != pytest.approx(result["energy_unoptimized_j"], rel=0.01)
     assert result["saving_percent"] > 5.0
@@ -58,7 +58,7 @@ def test_a_program_that_was_slower_is_warned_of(program, tmp_path, capsys):
     slow = tmp_path / "slow.yaml"
     read = load_program(program)
     Program(read.tree.with_plan({move.name: 10.0 for move in read.moves})).save(slow)
-    assert main(["optimize", str(slow), *ROBOT, "--cycle-time", "2.5"]) == 0
+    assert main(["optimize", str(slow), *ROBOT, "--cycle-time", "2.5", "--allow-faster"]) == 0
     shown = capsys.readouterr().out
     assert "warning: the program as given takes " in shown
     assert shown.count("warning") == 1
