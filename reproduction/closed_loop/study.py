@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from reproduction.closed_loop.config import CloseTheLoopParams
 from reproduction.closed_loop.machines import hidden_machines
@@ -58,7 +59,13 @@ def _names(robot: Robot, params: CloseTheLoopParams) -> list[str]:
 
 def _of_tree(task: tuple[CloseTheLoopParams, tuple[float, float, float], int, int, Array]) -> list[Row]:
     """All plans of one tree on one machine."""
-    params, center, place, number, points = task
+    with threadpool_limits(1):  # one process per processor: threads inside would only compete
+        return _planned(*task)
+
+
+def _planned(
+    params: CloseTheLoopParams, center: tuple[float, float, float], place: int, number: int, points: Array
+) -> list[Row]:
     robot = load_robot(params.robot, Payload(params.payload_kg, center))
     machine = list(hidden_machines(robot, params.machines, params.seed))[place]
     paths = MotionPaths(robot, points[:-1], points[1:])

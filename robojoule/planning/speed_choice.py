@@ -22,7 +22,7 @@ from robojoule.planning.choice import least_cost_choice
 from robojoule.profile.measured import MeasuredProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE
 
-TOLERANCE = 1e-5  # of the energy at full speed: by how much a better choice of speed limits may be missed
+TOLERANCE = 3e-5  # of the energy at full speed: by how much a better choice of speed limits may be missed
 SECOND_TRIAL = 1.4  # cycle time of the second trial over the one asked for: room to slow single moves down
 FASTEST_SECOND_TRIAL = 0.8
 DISCREPANCY = 0.5  # points of a saving that no figure of the model explains
