@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
@@ -19,16 +18,14 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import shown
+from robojoule.inputs import LONGEST_S, as_number, shown
+from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
-from robojoule.planning.cycle_time import cycle_time_s
+from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
 from robojoule.planning.pareto import TradeOff, trade_offs
-from robojoule.planning.plan import Plan, is_as_good, plan_warnings, verify, waiting_until
-from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step, whole_speed_plan
-from robojoule.planning.writeback import write_plans
-from robojoule.profile.adaptive import AdaptiveProfiles
+from robojoule.planning.plan import Plan
+from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
@@ -36,8 +33,8 @@ from robojoule.robots.robot import Robot
 if TYPE_CHECKING:
     from robojoule.calibration.identification import Identification
     from robojoule.calibration.log import MeasuredLog
-
-RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
+    from robojoule.calibration.run_table import MeasuredRuns
+    from robojoule.calibration.timing import TimingIdentification
 
 
 class _Result(Protocol):
@@ -72,6 +69,10 @@ def optimize(
     cycle_time: float | str,
     allow_faster: bool = False,
     speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    profiles: Profiles | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cautious: bool = False,
 ) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -86,39 +87,78 @@ def optimize(
             limits included ("+10%").
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
+        reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
+        profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
+            (the default with runs: of every move, at two speed limits or more).
+        runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
+            simulated profiles they tell the controller's timing alone.
+        cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time or the step is not valid.
+        InputError: The program does not fit the robot, or the cycle time, the reserve, the step or a run is not valid.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
     step_percent = check_speed_step(speed_step)
     at_full_speed = _checked_program(program).tree.without_plan(full_speed=True)
     batch = _moving(program, robot, at_full_speed if allow_faster else None)  # motions and optimisation graph
-    given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
-    least_s = float(batch.least_cycles_s[0])
-    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=fastest.cycle_time_s)
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious)
+    if runs is not None:
+        known = _checked_runs(runs, program)
+        if source != "simulated":
+            return planned_on_runs(program, batch, known, wish)
+        batch = _with_timing(batch, known)
+    return planned(program, batch, at_full_speed, wish)
 
-    profiles = AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
-    schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    whole = whole_speed_plan(profiles, batch, schedule, step_percent=step_percent)
-    written = write_plans(batch, [[whole.schedule]], whole.speed_limits[:, np.newaxis])[0][0]
-    run = verify(batch, written, whole.schedule)
-    if is_as_good(given, run):
-        written, run = program.tree, given
 
-    idle_w = float(batch.idle_post_w[-1])
-    return Plan(
-        program=replace(program, tree=written),
-        robot=robot.name,
-        payload_kg=float(robot.payload.mass_kg),
-        run=run,
-        least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(whole.schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=plan_warnings(written, run, given),
-    )
+@_finite
+def adjust(
+    program: Program,
+    robot: Robot,
+    *,
+    measured_cycle: float | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cycle_time: float | str | None = None,
+    speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    cautious: bool = False,
+) -> Plan:
+    """A plan made again from what a trial of it took on the machine.
+
+    Speed limits of the plan are no bounds: they are what the last plan chose. Fixed moves keep theirs.
+
+    Args:
+        program: The plan that ran: the program with its speed limits and waits.
+        robot: Robot with its payload, as for the plan.
+        measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
+        runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
+        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
+            robot's file. [s]
+        speed_step: See `optimize`. [%]
+        reserve: See `optimize`.
+        cautious: See `optimize`.
+
+    Raises:
+        InputError: Neither or both of cycle and runs are given, or see `optimize`.
+        CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
+    """
+    if (measured_cycle is None) == (runs is None):
+        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+    step_percent = check_speed_step(speed_step)
+    full_speed = _checked_program(program).tree.without_plan(full_speed=True)
+    batch = _moving(program, robot, full_speed)
+    asked = cycle_time
+    if asked is None:
+        if runs is not None:
+            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
+        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(asked, reserve, step_percent, source, cautious)
+    if runs is not None:
+        return planned_on_runs(program, batch, _checked_runs(runs, program), wish)
+    measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
+    return adjusted(program, batch, full_speed, measured_s, wish)
 
 
 @_finite
@@ -207,6 +247,39 @@ def identify(
         log = read_log(log, robot, torque_constants)
     window = WINDOW_S if window_s is None else window_s
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
+
+
+@_finite
+def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
+    """The controller's rule for time laws from measured runs of a program's moves.
+
+    Args:
+        runs: Table of runs (see `robojoule.calibration.run_table`), or as read.
+        program: The program whose moves they are.
+        robot: Robot with its payload; its entry is what the search starts from.
+
+    Raises:
+        InputError: The runs cannot be read, are of too few moves, or do not fit the program.
+    """
+    from robojoule.calibration import timing
+
+    batch = _moving(program, robot)
+    return timing.identify_timing(batch.paths, _checked_runs(runs, program))
+
+
+def _checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
+    """Measured runs of a program's moves."""
+    from robojoule.calibration.run_table import MeasuredRuns, read_runs
+
+    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
+
+
+def _with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
+    """The same motions by the controller that runs show."""
+    from robojoule.calibration.timing import identify_timing
+
+    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
+    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
 
 
 def _batch(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:

@@ -48,6 +48,27 @@ def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) ->
     )
 
 
+def add_measurements(parser: argparse.ArgumentParser) -> None:
+    """Add where profiles come from, and the reserve."""
+    parser.add_argument(
+        "--reserve",
+        default="0",
+        metavar="S",
+        help="slack kept at the end: seconds (0.1s) or a share of the cycle (1%%)",
+    )
+    parser.add_argument(
+        "--runs",
+        metavar="FILE",
+        help="measured runs of the moves: CSV or Parquet with move, speed_limit_percent, duration_s and, if known, "
+        "energy_j",
+    )
+    parser.add_argument(
+        "--cautious",
+        action="store_true",
+        help="plan by the upper end of the interval of predicted or measured energies",
+    )
+
+
 def robot_of(arguments: argparse.Namespace) -> Robot:
     """The robot that the arguments name, with its payload."""
     from robojoule.robots import load_robot

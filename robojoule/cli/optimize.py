@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, number, robot_of
-from robojoule.cli._output import show_head, show_moves, show_written
+from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, number, robot_of
+from robojoule.cli._output import show_head, show_moves, show_outlook, show_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PERCENT",
         help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
     )
+    add_measurements(parser)
+    parser.add_argument(
+        "--profiles",
+        metavar="KIND",
+        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
+    )
     parser.add_argument(
         "--out",
         type=Path,
@@ -45,13 +51,17 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
     plan = optimize(
         load_program(arguments.program),
         robot_of(arguments),
         cycle_time=arguments.cycle_time,
         allow_faster=arguments.allow_faster,
         speed_step=arguments.speed_step,
+        reserve=arguments.reserve,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
     )
     if arguments.out is not None:
         plan.save(arguments.out)
@@ -62,13 +72,17 @@ def show(result: dict[str, Any]) -> None:
     """Print the plan."""
     show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s (fastest {result['least_cycle_time_s']:.4f} s)")
-    gap = result["gap_to_optimum_percent"]
-    print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
+    if result["profiles"] == "measured":
+        print(f"energy {result['energy_j']:.1f} J per cycle, by the measured runs")
+    else:
+        gap = result["gap_to_optimum_percent"]
+        print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
     for name, energy, saving in (
         ("the program as given", "energy_given_j", "saving_percent"),
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    show_outlook(result)
     show_moves(result)
     show_written(result, "out")
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from robojoule.documents import Document
 from robojoule.errors import InputError
 from robojoule.inputs import shown
+from robojoule.robots.controller_file import ControllerFile
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
 
 Vector = tuple[float, float, float]
@@ -174,6 +175,10 @@ class RobotFile(Document):
     home_rad: list[float]
     capsules: dict[str, list[CapsuleFile]] = Field(default_factory=dict)
     drives: DrivesFile
+    controller: ControllerFile | None = Field(default=None, description="Its timing, where that was learnt.")
+    derived_from: str | None = Field(
+        default=None, min_length=1, description="Name of the robot whose programs it takes too: what it was before."
+    )
 
     @property
     def moving_joints(self) -> list[JointFile]:
@@ -215,6 +220,13 @@ class RobotFile(Document):
             named = ", ".join(self.drives.joints) or "none"
             raise InputError(
                 f"these are not the moving joints: {named}", key="drives.joints", allowed=f"exactly {', '.join(moving)}"
+            )
+        if self.controller is not None and set(self.controller.joints) != set(moving):
+            named = ", ".join(self.controller.joints) or "none"
+            raise InputError(
+                f"these are not the moving joints: {named}",
+                key="controller.joints",
+                allowed=f"exactly {', '.join(moving)}",
             )
         if len(self.home_rad) != len(moving):
             problem = f"{len(self.home_rad)} values are given"
