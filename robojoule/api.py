@@ -19,30 +19,25 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import shown
+from robojoule.inputs import LONGEST_S, as_number, shown
+from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
-from robojoule.planning.cycle_time import cycle_time_s
-from robojoule.planning.overload import bearing, check_overload, check_torques, of_the_limits
+from robojoule.planning.guard import Guard
+from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
 from robojoule.planning.pareto import TradeOff, trade_offs
-from robojoule.planning.path_checks import collision_warnings
-from robojoule.planning.plan import Plan, is_as_good, plan_warnings, verify, waiting_until
-from robojoule.planning.power_limit import check_power, check_power_limit, within_power
-from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step, whole_speed_plan
-from robojoule.planning.writeback import write_plans
-from robojoule.profile.adaptive import AdaptiveProfiles
+from robojoule.planning.plan import Plan
+from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.tree_check import in_model_angles, robot_warnings
+from robojoule.programs.tree_check import in_model_angles
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
     from robojoule.calibration.identification import Identification
     from robojoule.calibration.log import MeasuredLog
-
-WAIT_STEP_S = 1e-3  # of waits that a plan adds: controllers know no shorter ones
-RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
+    from robojoule.calibration.run_table import MeasuredRuns
+    from robojoule.calibration.timing import TimingIdentification
 
 
 class _Result(Protocol):
@@ -77,6 +72,10 @@ def optimize(
     cycle_time: float | str,
     allow_faster: bool = False,
     speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    profiles: Profiles | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cautious: bool = False,
     peak_power_w: float | None = None,
     allow_overload_percent: float = 0.0,
 ) -> Plan:
@@ -93,60 +92,92 @@ def optimize(
             limits included ("+10%").
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
-        peak_power_w: Largest mains power that the cycle may draw; any if not given. [W]
+        reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
+        profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
+            (the default with runs: of every move, at two speed limits or more).
+        runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
+            simulated profiles they tell the controller's timing alone.
+        cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
+        peak_power_w: Largest mains power that the cycle may draw, by simulation; any if not given. [W]
         allow_overload_percent: By how much torques may exceed the peak limits. [%]
 
     Raises:
-        InputError: The program does not fit the robot, an argument is not valid, a joint torque exceeds its peak limit,
-            or the largest power cannot be kept.
+        InputError: The program does not fit the robot, an argument or a run is not valid, a joint torque exceeds its
+            peak limit, or the largest power cannot be kept.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    step_percent, overload = check_speed_step(speed_step), check_overload(allow_overload_percent)
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
     as_given, program = program, _in_model_angles(program, robot)
-    strong = bearing(robot, overload)
     at_full_speed = program.tree.without_plan(full_speed=True)
-    batch = _moving(program, strong, at_full_speed if allow_faster else None)  # motions and optimisation graph
-    if peak_power_w is not None:
-        peak_power_w = check_power_limit(peak_power_w)
-        batch = TreeBatch(strong, [within_power(batch, batch.trees[0], peak_power_w)])
-    given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
-    least_s = float(batch.least_cycles_s[0])
-    faster_s = fastest.cycle_time_s if peak_power_w is None else None  # else the power bounds it
-    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=faster_s)
+    batch = _moving(program, guard.bearing(robot), at_full_speed if allow_faster else None)  # motions and graph
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    known = None if runs is None else _checked_runs(runs, program)
+    if known is not None and source == "simulated":
+        batch = _with_timing(batch, known)
+    batch = guard.bounded(batch)
+    if known is None or source == "simulated":
+        plan = planned(program, batch, at_full_speed, wish)
+    else:
+        plan = planned_on_runs(program, batch, known, wish)
+    return guard.told(plan, as_given, robot)
 
-    profiles = AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
-    schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    whole = whole_speed_plan(profiles, batch, schedule, step_percent=step_percent)
-    limits = whole.speed_limits[:, np.newaxis]
-    written = write_plans(batch, [[whole.schedule]], limits, wait_step_s=WAIT_STEP_S)[0][0]
-    run = verify(batch, written, whole.schedule, WAIT_STEP_S)
-    if is_as_good(given, run) and (peak_power_w is None or given.peak_power_w <= peak_power_w):
-        written, run = program.tree, given
-    run, given = of_the_limits(run, overload), of_the_limits(given, overload)
-    check_torques(run, overload)
-    if peak_power_w is not None:
-        check_power(run, peak_power_w)
 
-    idle_w = float(batch.idle_post_w[-1])
-    dropped_s = max(whole.schedule.cycle_time_s - run.cycle_time_s, 0.0)
-    # What every plan of the shorter cycle takes, waiting for what was dropped would at most add the idle power to.
-    bound_j = whole.schedule.bound_j - dropped_s * float(batch.idle_post_w.max())
-    return Plan(
-        program=replace(as_given, tree=_counted_like(as_given.tree, written)),
-        robot=robot.name,
-        payload_kg=float(robot.payload.mass_kg),
-        run=run,
-        least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=(
-            *robot_warnings(as_given.tree, robot),
-            *collision_warnings(program.tree, robot),
-            *plan_warnings(written, run, given),
-        ),
-    )
+@_finite
+def adjust(
+    program: Program,
+    robot: Robot,
+    *,
+    measured_cycle: float | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cycle_time: float | str | None = None,
+    speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    cautious: bool = False,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
+) -> Plan:
+    """A plan made again from what a trial of it took on the machine.
+
+    Speed limits of the plan are no bounds: they are what the last plan chose. Fixed moves keep theirs.
+
+    Args:
+        program: The plan that ran: the program with its speed limits and waits.
+        robot: Robot with its payload, as for the plan.
+        measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
+        runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
+        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
+            robot's file. [s]
+        speed_step: See `optimize`. [%]
+        reserve: See `optimize`.
+        cautious: See `optimize`.
+        peak_power_w: See `optimize`. [W]
+        allow_overload_percent: See `optimize`. [%]
+
+    Raises:
+        InputError: Neither or both of cycle and runs are given, or see `optimize`.
+        CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
+    """
+    if (measured_cycle is None) == (runs is None):
+        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    as_given, program = program, _in_model_angles(program, robot)
+    full_speed = program.tree.without_plan(full_speed=True)
+    batch = guard.bounded(_moving(program, guard.bearing(robot), full_speed))
+    asked = cycle_time
+    if asked is None:
+        if runs is not None:
+            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
+        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
+    if runs is not None:
+        plan = planned_on_runs(program, batch, _checked_runs(runs, program), wish)
+    else:
+        measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
+        plan = adjusted(program, batch, full_speed, measured_s, wish)
+    return guard.told(plan, as_given, robot)
 
 
 @_finite
@@ -239,6 +270,40 @@ def identify(
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
 
 
+@_finite
+def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
+    """The controller's rule for time laws from measured runs of a program's moves.
+
+    Args:
+        runs: Table of runs (see `robojoule.calibration.run_table`), or as read.
+        program: The program whose moves they are.
+        robot: Robot with its payload; its entry is what the search starts from.
+
+    Raises:
+        InputError: The runs cannot be read, are of too few moves, or do not fit the program.
+    """
+    from robojoule.calibration import timing
+
+    program = _in_model_angles(program, robot)
+    batch = _moving(program, robot)
+    return timing.identify_timing(batch.paths, _checked_runs(runs, program))
+
+
+def _checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
+    """Measured runs of a program's moves."""
+    from robojoule.calibration.run_table import MeasuredRuns, read_runs
+
+    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
+
+
+def _with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
+    """The same motions by the controller that runs show."""
+    from robojoule.calibration.timing import identify_timing
+
+    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
+    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+
+
 def _batch(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:
     """Motions and optimisation graph of a program, or of a tree of the same targets, checked against its robot."""
     _checked_program(program).check(_checked_robot(robot))
@@ -259,11 +324,6 @@ def _in_model_angles(program: Program, robot: Robot) -> Program:
         return program
     program.check(_checked_robot(robot))
     return replace(program, tree=in_model_angles(program.tree, robot))
-
-
-def _counted_like(given: OperationTree, written: OperationTree) -> OperationTree:
-    """A tree with a plan, in the very numbers of the tree that was given."""
-    return written if given.angles == written.angles else written.with_angles(given.angles, given.configurations_rad())
 
 
 def _checked_program(program: Program) -> Program:

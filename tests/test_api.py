@@ -8,10 +8,10 @@ import pytest
 from pyarrow import csv
 
 import robojoule as rj
-from robojoule.api import WAIT_STEP_S
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
@@ -158,7 +158,7 @@ BAD = {
     "words": (lambda r: rj.energy_profile(r, "home", HOME, degrees=True), "start: joint positions must be numbers"),
     "not a number": (lambda r: rj.energy_profile(r, HOME, HOME * np.nan), "end: joint_1 is not a finite number"),
     "no motion": (lambda r: rj.energy_profile(r, HOME, HOME), "start and end are the same: there is no motion"),
-    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a number of points"),
+    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a valid number of points"),
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
     "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .parquet"),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),

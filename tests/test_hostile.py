@@ -227,7 +227,6 @@ WORDS = {
 @pytest.mark.parametrize("words, message", WORDS.values(), ids=WORDS.keys())
 def test_commands_that_are_refused(folder, capsys, words, message):
     (folder / "ok.json").write_text(tree(), encoding="utf-8")
-    os.link(folder / "ok.json", folder / "hard.yaml")
     (folder / "folder.svg").mkdir()
     before = sorted(folder.iterdir())
     assert main(words) == 2

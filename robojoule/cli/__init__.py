@@ -26,8 +26,9 @@ COMMANDS = {
     "profile": "energy over duration of one motion",
     "simulate": "cycle time, energy, largest power and torque of a program as it stands",
     "optimize": "speed limits and waits with the least energy for a cycle time",
+    "adjust": "a plan made again from what a trial of it took on the machine",
     "pareto": "least energy over cycle time, and what a second of cycle time is worth",
-    "identify": "drive parameters from a measured log of motions and mains power",
+    "identify": "drives and timing of a machine from a log of its motions or a table of its runs",
 }
 INTERRUPTED = 130  # exit code after Ctrl-C, as of shells
 

@@ -68,6 +68,41 @@ def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False
     )
 
 
+def add_measurements(parser: argparse.ArgumentParser) -> None:
+    """Add where profiles come from, and the reserve."""
+    parser.add_argument(
+        "--reserve",
+        default="0",
+        metavar="S",
+        help="slack kept at the end: seconds (0.1s) or a share of the cycle (1%%)",
+    )
+    parser.add_argument(
+        "--runs",
+        metavar="FILE",
+        help="measured runs of the moves: CSV or Parquet with move, speed_limit_percent, duration_s and, if known, "
+        "energy_j",
+    )
+    parser.add_argument(
+        "--cautious",
+        action="store_true",
+        help="plan by the upper end of the interval of predicted or measured energies",
+    )
+
+
+def add_bounds(parser: argparse.ArgumentParser) -> None:
+    """Add what a plan must keep beside its cycle time."""
+    parser.add_argument(
+        "--peak-power", type=number, metavar="W", help="largest mains power that the cycle may draw [W] (default: any)"
+    )
+    parser.add_argument(
+        "--allow-overload",
+        type=number,
+        default=0.0,
+        metavar="PERCENT",
+        help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
+    )
+
+
 def robot_of(arguments: argparse.Namespace, program: Program | None = None) -> Robot:
     """The robot that the arguments name, or else the program, with its payload."""
     from robojoule.robots import load_robot

@@ -30,3 +30,25 @@ def show_moves(result: dict[str, Any]) -> None:
         )
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def show_written(result: dict[str, Any], *names: str) -> None:
+    """Print the files that were written, each under the name of its option."""
+    for name in names:
+        if result[name]:
+            print(f"written to {result[name]}")
+
+
+def show_outlook(result: dict[str, Any]) -> None:
+    """Print reserve, and how sure the plan is, where that is known."""
+    if result["reserve_s"]:
+        print(f"reserve {result['reserve_s']:.4f} s, as a wait at the end")
+    outlook = result["outlook"]
+    if outlook is None:
+        return
+    if outlook["late_probability"] is not None:
+        deviation, late = 1e3 * outlook["cycle_deviation_s"], 100.0 * outlook["late_probability"]
+        print(f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late in {late:.2g} % of such plans")
+    if outlook["saving_low_percent"] is not None:
+        low, high = outlook["saving_low_percent"], outlook["saving_high_percent"]
+        print(f"saving against the program as given: {low:.1f} to {high:.1f} % (90 % interval)")

@@ -6,8 +6,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, number, program_of, robot_of
-from robojoule.cli._output import show_head, show_loads, show_moves
+from robojoule.cli._arguments import (
+    add_bounds,
+    add_measurements,
+    add_program,
+    add_robot,
+    check_outputs,
+    number,
+    program_of,
+    robot_of,
+)
+from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,16 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PERCENT",
         help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
     )
+    add_measurements(parser)
     parser.add_argument(
-        "--peak-power", type=number, metavar="W", help="largest mains power that the cycle may draw [W] (default: any)"
+        "--profiles",
+        metavar="KIND",
+        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
     )
-    parser.add_argument(
-        "--allow-overload",
-        type=number,
-        default=0.0,
-        metavar="PERCENT",
-        help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
-    )
+    add_bounds(parser)
     parser.add_argument(
         "--out",
         type=Path,
@@ -54,7 +60,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
     program = program_of(arguments)
     plan = optimize(
         program,
@@ -64,6 +70,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         speed_step=arguments.speed_step,
         peak_power_w=arguments.peak_power,
         allow_overload_percent=arguments.allow_overload,
+        reserve=arguments.reserve,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
     )
     if arguments.out is not None:
         plan.save(arguments.out)
@@ -74,17 +84,20 @@ def show(result: dict[str, Any]) -> None:
     """Print the plan."""
     show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s (fastest {result['least_cycle_time_s']:.4f} s)")
-    gap = result["gap_to_optimum_percent"]
-    print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
+    if result["profiles"] == "measured":
+        print(f"energy {result['energy_j']:.1f} J per cycle, by the measured runs")
+    else:
+        gap = result["gap_to_optimum_percent"]
+        print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
     for name, energy, saving in (
         ("the program as given", "energy_given_j", "saving_percent"),
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
     show_loads(result)
+    show_outlook(result)
     show_moves(result)
-    if result["out"]:
-        print(f"written to {result['out']}")
+    show_written(result, "out")
 
 
 def _compared(saving_percent: float) -> str:

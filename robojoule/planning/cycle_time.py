@@ -9,6 +9,30 @@ from robojoule.inputs import LONGEST_S, number_of, real, shown
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 
 
+def reserve_s(asked: float | str, cycle_time_s: float) -> float:
+    """Slack to keep at the end of a cycle. [s]
+
+    Args:
+        asked: Seconds (0.1 or "0.1s"), or a share of the cycle time ("1%").
+        cycle_time_s: The cycle time. [s]
+
+    Raises:
+        InputError: Neither of both, negative, or as long as the cycle.
+    """
+    text = asked.strip() if isinstance(asked, str) else ""
+    try:
+        value = number_of(text.removesuffix("%").removesuffix("s").strip()) if text else real(asked)
+    except ValueError:
+        value = math.nan
+    seconds = value * cycle_time_s / 100.0 if text.endswith("%") else value
+    if not 0.0 <= seconds < cycle_time_s:
+        problem = f"{shown(asked)} is not a valid reserve"
+        raise InputError(
+            problem, key="reserve", allowed="seconds (0.1s) or a share of the cycle time (1%), less than it"
+        )
+    return seconds
+
+
 def cycle_time_s(asked: float | str, *, given_s: float, least_s: float, faster_s: float | None = None) -> float:
     """Cycle time in seconds, at least the least one.
 

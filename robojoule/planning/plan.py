@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
+from robojoule.planning.speed_choice import Outlook
 from robojoule.programs.operation_tree import OperationTree
 
 LEAST_GAIN = 5e-6  # share of the energy by which a plan must be better than the program as given to replace it
@@ -36,6 +37,9 @@ class Plan:
             cycle time. [J]
         bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step. [J]
         warnings: What to know before the plan is used, a sentence each.
+        reserve_s: Slack that the plan keeps as a wait at its end. [s]
+        profiles: Where its energy profiles come from: simulated, predicted or measured.
+        outlook: How sure it is; None where neither timing nor energies were learnt from the machine.
     """
 
     program: Program
@@ -47,6 +51,9 @@ class Plan:
     energy_unoptimized_j: float
     bound_j: float
     warnings: tuple[str, ...] = ()
+    reserve_s: float = 0.0
+    profiles: str = "simulated"
+    outlook: Outlook | None = None
 
     def __repr__(self) -> str:
         return (
@@ -123,6 +130,9 @@ class Plan:
                     "gap_to_optimum_percent",
                 )
             },
+            "reserve_s": self.reserve_s,
+            "profiles": self.profiles,
+            "outlook": None if self.outlook is None else asdict(self.outlook),
             "warnings": list(self.warnings),
         }
 

@@ -28,7 +28,7 @@ def check_tree(
     Raises:
         InputError: First violation, naming the operation and the joint.
     """
-    if tree.robot is not None and tree.robot != robot.name:
+    if not robot.takes_programs_of(tree.robot):
         problem = f"the tree is written for robot '{tree.robot}', not for '{robot.name}'"
         raise InputError(problem, file=source, key=(places or {}).get("robot", "robot"))
     counted = "" if tree.angles == "model" else " in angles of the model"

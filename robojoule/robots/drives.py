@@ -38,7 +38,7 @@ Gradient = dict[str, Array]
 """Derivatives of powers [W] or energies [J] by the names of `DriveParameters`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DriveParameters:
     """All parameters of the drive model and the controller: the one typed place.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, as_array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import counted, real, shown
+from robojoule.robots.controller_file import ControllerTiming
 from robojoule.robots.drives import DriveParameters
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
@@ -35,13 +36,13 @@ class Payload:
     Attributes:
         mass_kg: Mass. [kg]
         com_m: Centre of mass in the tool frame. [m]
-        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3); a solid aluminium sphere of the
-            same mass if not given. [kg m2]
+        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3), kept as tuples; a solid aluminium
+            sphere of the same mass if not given. [kg m2]
     """
 
     mass_kg: float = 0.0
     com_m: tuple[float, float, float] = (0.0, 0.0, 0.1)
-    inertia_kg_m2: Array | None = field(default=None, compare=False)
+    inertia_kg_m2: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         mass = real(self.mass_kg)
@@ -56,16 +57,16 @@ class Payload:
         object.__setattr__(self, "com_m", tuple(center.tolist()))
         if self.inertia_kg_m2 is None:
             return
-        inertia = frozen(as_array(self.inertia_kg_m2, "payload", "the entries of its inertia"))
+        inertia = as_array(self.inertia_kg_m2, "payload", "the entries of its inertia")
         if inertia.shape != (3, 3) or not _is_inertia(inertia):
             problem = "the inertia is not a symmetric positive semi-definite 3 x 3 matrix"
             raise InputError(problem, key="payload", allowed=f"entries up to {LARGEST_INERTIA_KG_M2:g} kg m2")
-        object.__setattr__(self, "inertia_kg_m2", inertia)
+        object.__setattr__(self, "inertia_kg_m2", tuple(map(tuple, inertia.tolist())))
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""
         if self.inertia_kg_m2 is not None:
-            return self.inertia_kg_m2
+            return np.array(self.inertia_kg_m2)
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 
@@ -99,7 +100,8 @@ class Robot:
         effort_nm: Continuous effort limits, shape (n,). [Nm]
         peak_effort_nm: Peak effort limits, the continuous ones where none are given, shape (n,). [Nm]
         home_rad: Configuration at home, shape (n,). [rad]
-        drives: Drives and controller.
+        drives: Drives, and the controller as it follows from them.
+        controller: Its timing where that was learnt on the machine; None: by its drives.
         mechanism: Bodies and joints, with the payload.
     """
 
@@ -117,6 +119,7 @@ class Robot:
     peak_effort_nm: Array
     home_rad: Array
     drives: DriveParameters
+    controller: ControllerTiming | None
     mechanism: Mechanism
 
     def __init__(self, file: RobotFile, payload: Payload | None = None, source: str | None = None) -> None:
@@ -159,6 +162,7 @@ class Robot:
             peak_effort_nm=frozen([own or published for own, published in zip(peaks, effort, strict=True)]),
             home_rad=frozen(file.home_rad),
             drives=_drives(file, names),
+            controller=file.controller.timing(names) if file.controller is not None else None,
             mechanism=mechanism.with_load(carried.body) if carried.mass_kg > 0 else mechanism,
         )
 
@@ -183,12 +187,22 @@ class Robot:
         drives: DriveParameters | None = None,
         mechanism: Mechanism | None = None,
         peak_effort_nm: Array | None = None,
+        controller: ControllerTiming | None = None,
     ) -> Robot:
-        """The robot with other drives, another mechanism or other peak torques, everything else shared."""
+        """The robot with other drives, another mechanism, peak torques or timing, everything else shared."""
         variant = copy.copy(self)
-        changes = {"drives": drives, "mechanism": mechanism, "peak_effort_nm": peak_effort_nm}
+        changes = {
+            "drives": drives,
+            "mechanism": mechanism,
+            "peak_effort_nm": peak_effort_nm,
+            "controller": controller,
+        }
         vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
+
+    def takes_programs_of(self, name: str | None) -> bool:
+        """Whether programs for a robot of a name are for this one: its own, or the one it was learnt from."""
+        return name is None or name in (self.name, self.file.derived_from)
 
     def check_configuration(self, q: ArrayLike, where: str = "configuration") -> Array:
         """Check a joint configuration.

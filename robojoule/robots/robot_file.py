@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from robojoule.documents import Document
 from robojoule.errors import InputError, refuse
 from robojoule.inputs import counted, shown
+from robojoule.robots.controller_file import ControllerFile
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
 from robojoule.robots.pendant_file import PendantFile, pendant_errors
 
@@ -209,6 +210,10 @@ class RobotFile(Document):
     drives: DrivesFile
     lumped_branches: dict[str, float] = Field(default_factory=dict)
     pendant: PendantFile | None = None
+    controller: ControllerFile | None = Field(default=None, description="Its timing, where that was learnt.")
+    derived_from: str | None = Field(
+        default=None, min_length=1, description="Name of the robot whose programs it takes too: what it was before."
+    )
 
     @property
     def moving_joints(self) -> list[JointFile]:
@@ -268,6 +273,10 @@ class RobotFile(Document):
             yield InputError(
                 f"these are not the moving joints: {named}", key="drives.joints", allowed=f"exactly {', '.join(moving)}"
             )
+        if self.controller is not None and set(self.controller.joints) != set(moving):
+            named = ", ".join(self.controller.joints) or "none"
+            problem = f"these are not the moving joints: {named}"
+            yield InputError(problem, key="controller.joints", allowed=f"exactly {', '.join(moving)}")
         if len(self.home_rad) != len(moving):
             problem = f"{counted(len(self.home_rad), 'value')} given"
             yield InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one per moving joint")
