@@ -22,15 +22,16 @@ from robojoule.formats.program import Program
 from robojoule.inputs import LONGEST_S, as_number, shown
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
 from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.tree_check import in_model_angles
+from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -207,9 +208,13 @@ def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> Tra
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = _in_model_angles(program, robot)
+    as_given, program = program, _in_model_angles(program, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
-    return trade_offs(_moving(program, robot, faster))[0]
+    batch = _moving(program, robot, faster)
+    fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    found = trade_offs(batch)[0]
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
 @_finite

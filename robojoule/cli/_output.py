@@ -10,10 +10,10 @@ def show_head(result: dict[str, Any]) -> None:
     print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
 
 
-def show_loads(result: dict[str, Any]) -> None:
+def show_loads(result: dict[str, Any], where: str = "") -> None:
     """Print the largest power and torques."""
     print(
-        f"largest mains power {result['peak_power_w']:.1f} W, "
+        f"{where}largest mains power {result['peak_power_w']:.1f} W, "
         f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its peak limit, "
         f"{100.0 * result['rms_torque_ratio']:.1f} % of the continuous one (root mean square)"
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
-from robojoule.cli._output import show_head, show_written
+from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
 
@@ -63,6 +63,7 @@ def show(result: dict[str, Any]) -> None:
         f"least energy {result['best_energy_j']:.1f} J at {result['best_cycle_time_s']:.4f} s; from "
         f"{result['waiting_cycle_time_s']:.4f} s on more time is waited at {result['waiting_power_w']:.1f} W"
     )
+    show_loads(result, "in the fastest cycle: ")
     print("cycle time [s]  energy [J]  marginal power [W]")
     points = result["points"]
     shown = range(0, len(points), max(len(points) // _ROWS_SHOWN, 1))
@@ -77,4 +78,6 @@ def show(result: dict[str, Any]) -> None:
         print(
             f"a profile is not convex: between breakpoints the curve may be up to {result['hull_excess_j']:.2f} J low"
         )
+    for warning in result["warnings"]:
+        print(f"warning: {warning}")
     show_written(result, "csv", "plot")

@@ -21,6 +21,7 @@ from pydantic import ValidationError
 
 from robojoule.documents import decoded, read_bytes, with_plain_line_ends, write_text
 from robojoule.errors import InputError
+from robojoule.formats.exact_degrees import exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.table_text import text_with_columns
 from robojoule.formats.tree_text import number_text
@@ -251,15 +252,8 @@ def _names(rows: list[_Row]) -> list[str]:
 
 def _positions(radians: list[tuple[float, ...]]) -> tuple[str, list[list[float]]]:
     """Positions as they are written, with their unit."""
-    degrees = [[_degrees(value) for value in row] for row in radians]
-    exact = [[value for value in row if value is not None] for row in degrees]
-    return ("deg", exact) if exact == degrees else ("rad", [list(row) for row in radians])
-
-
-def _degrees(radians: float) -> float | None:
-    """The shortest number of degrees that reads as these radians, None if there is none."""
-    numbers = (float(f"{math.degrees(radians):.{digits}g}") for digits in range(1, 18))
-    return next((number for number in numbers if math.radians(number) == radians), None)
+    degrees = exact_degrees(radians)
+    return ("rad", [list(row) for row in radians]) if degrees is None else ("deg", degrees)
 
 
 def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:

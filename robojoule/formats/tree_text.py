@@ -7,13 +7,14 @@ in its place, one that has no place yet is added to its move.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import yaml
 
 from robojoule.programs.operation_tree import PLANNED, MoveOperation, OperationTree
 
+_REMARK = "# robojoule: "
 _ESCAPE = re.compile(r"\\(?:u[0-9a-fA-F]{4}|.)")
 _LINE_END = re.compile(r"[\r\n]")
 _ALIAS = re.compile(r"\s*:\s*(\*[^\s,\]}]+)")
@@ -50,6 +51,13 @@ def text_with_plan(text: str, tree: OperationTree) -> str | None:
     for edit in sorted(edits, key=lambda one: one.start, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.end :]
     return text
+
+
+def text_with_remarks(text: str, remarks: Sequence[str]) -> str:
+    """The text of a YAML file with comments on its plan at the top, in place of those of an earlier plan."""
+    lines = [line for line in text.splitlines(keepends=True) if not line.startswith(_REMARK)]
+    end = _line_end(text)
+    return "".join([*(f"{_REMARK}{remark}{end}" for remark in remarks), *lines])
 
 
 def _readable(text: str) -> str:

@@ -108,8 +108,21 @@ class Plan:
         return self.run.moves
 
     def save(self, path: str | Path) -> None:
-        """Write the program with the plan in the format that the suffix names; see `Program.save`."""
-        self.program.save(path)
+        """Write the program with the plan in the format that the suffix names; see `Program.save`.
+
+        Comments of a YAML file say what the plan takes, and what to know about it.
+        """
+        self.program.save(path, self.remarks())
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the plan takes, and what to know about it, a line each."""
+        return (
+            f"plan for {self.robot} with {self.payload_kg:g} kg: cycle time {self.cycle_time_s:.3f} s, "
+            f"energy {self.energy_j:.1f} J",
+            f"largest mains power {self.peak_power_w:.0f} W, largest torque {100.0 * self.peak_torque_ratio:.1f} % of "
+            f"its peak limit, {100.0 * self.rms_torque_ratio:.1f} % of the continuous one (root mean square)",
+            *(f"warning: {warning}" for warning in self.warnings),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data, ready for JSON."""
