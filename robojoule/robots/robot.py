@@ -15,7 +15,7 @@ from robojoule.arrays import Array, as_array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import counted, real, shown
 from robojoule.robots.controller_file import ControllerTiming
-from robojoule.robots.drives import DriveParameters
+from robojoule.robots.drives import DriveParameters, Supply
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
@@ -199,6 +199,27 @@ class Robot:
         }
         vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
+
+    @property
+    def supply(self) -> Supply | None:
+        """What lies between the mains and the arm, if the file says so."""
+        found = self.file.drives.supply
+        return None if found is None else Supply(found.controller_power_w, found.efficiency)
+
+    def arm_side(self) -> Robot:
+        """The robot with its drives seen from the arm's bus, where its own controller measures power.
+
+        Raises:
+            InputError: The file does not say what lies between.
+        """
+        if self.supply is None:
+            raise InputError(
+                f"{self.name} does not say what lies between the mains and the arm",
+                file=self.source,
+                key="drives.supply",
+                allowed="controller_power_w and efficiency",
+            )
+        return self.variant(drives=self.supply.arm_side(self.drives))
 
     def takes_programs_of(self, name: str | None) -> bool:
         """Whether programs for a robot of a name are for this one: its own, or the one it was learnt from."""

@@ -26,7 +26,15 @@ from robojoule.robots.effort import limits
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot_file import LEAST_FIGURE, DrivesFile, RobotFile
 from robojoule.robots.robot_loading import body_errors, with_limits
-from robojoule.robots.scaling import COBOT_NOTE, EFFORT_NOTE, INDUSTRIAL_NOTE, Scaling, load_scaling, rounded
+from robojoule.robots.scaling import (
+    COBOT_NOTE,
+    EFFORT_NOTE,
+    INDUSTRIAL_NOTE,
+    Scaling,
+    load_scaling,
+    rounded,
+    supply_note,
+)
 from robojoule.robots.urdf import joints_from_the_base, read_joints, read_links, root_link_of
 from robojoule.robots.urdf_chain import TURNING, chain_of, to_the_base
 from robojoule.robots.urdf_elements import UrdfJoint, read_xml
@@ -38,7 +46,9 @@ _NO_DRIVE = {
     **{"gear_ratio": 1.0, "rotor_inertia_kg_m2": 1.0},
     **dict.fromkeys(("coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2"), 0.0),
 }
-_NO_DRIVES = {**dict.fromkeys(DrivesFile.model_fields, 0.5), "provenance": "none"}
+_NO_DRIVES = {name: 0.5 for name, field in DrivesFile.model_fields.items() if field.is_required()} | {
+    "provenance": "none"
+}
 _NOTE = {
     "kinematics": ("stated", "as in the URDF"),
     "inertia": ("stated", "as in the URDF"),
@@ -240,4 +250,6 @@ def _scale(
         refuse(lacking)  # drives follow from the effort limits
     data["drives"] = scaling.drives(file, cobot=cobot, roles=roles)
     notes["drives"] = ("scaled", COBOT_NOTE if cobot else INDUSTRIAL_NOTE)
+    if cobot:
+        notes["supply"] = ("assumed", supply_note(scaling.anchors.cobots))
     return tuple(lacking)
