@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_robot, check_outputs, number, numbers, robot_of
+from robojoule.cli._output import show_written
 from robojoule.errors import InputError
 
 
@@ -49,7 +50,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.plot:
         contents[Path(arguments.plot)] = drawing_of(result, Path(arguments.plot).suffix)
     write_files(contents)
-    return {**result.to_dict(), "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
+    told = result.to_dict()
+    told["warnings"] = [*map(str, robot.doubts), *told["warnings"]]
+    return {**told, "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
 
 
 def show(result: dict[str, Any]) -> None:
@@ -75,6 +78,4 @@ def show(result: dict[str, Any]) -> None:
         print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")
     for warning in result["warnings"]:
         print(f"warning: {warning}")
-    for key in ("out", "plot"):
-        if result[key]:
-            print(f"written: {result[key]}")
+    show_written(result, "out", "plot")
