@@ -71,7 +71,7 @@ class TestPeakPower:
     @pytest.mark.parametrize("power_w", [1500.0, 2500.0, 4000.0])
     @pytest.mark.parametrize("allow_faster", [False, True])
     def test_no_plan_draws_more(self, power_w, allow_faster):
-        plan = rj.optimize(program(PICK), KR16, cycle_time=4.2, peak_power_w=power_w, allow_faster=allow_faster)
+        plan = rj.optimize(program(PICK), KR16, cycle_time=4.6, peak_power_w=power_w, allow_faster=allow_faster)
         assert plan.peak_power_w <= power_w
         assert rj.simulate(plan.program, KR16).peak_power_w <= power_w
 
