@@ -25,6 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--smoothing", type=number, metavar="S", help="length for differentiation [s] (default: chosen by noise)"
     )
     parser.add_argument("--window", type=number, metavar="S", help="length for averaging power [s] (default: 0.1)")
+    parser.add_argument(
+        "--power-side",
+        choices=("mains", "arm"),
+        default="mains",
+        help="where power was measured: at the mains (default), or on the bus that feeds the arm",
+    )
     parser.add_argument("--name", metavar="NAME", help="name of the new robot file (default: the robot's, _identified)")
     parser.add_argument("--out", metavar="FILE", help="write a robot file with the identified drives (JSON or YAML)")
     parser.add_argument("--plot", metavar="FILE", help="draw measured against modelled power (SVG, PNG or PDF)")
@@ -42,7 +48,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         raise InputError("a robot needs a name", key="--name")
     robot = robot_of(arguments)
     log = read_log(arguments.log, robot, arguments.torque_constants)
-    result = identify(log, robot, smoothing_s=arguments.smoothing, window_s=arguments.window)
+    result = identify(
+        log,
+        robot,
+        smoothing_s=arguments.smoothing,
+        window_s=arguments.window,
+        power_side=arguments.power_side,
+    )
     contents: dict[Path, str | bytes] = {}
     if arguments.out:
         data = result.robot_file(arguments.name).model_dump(mode="json")
@@ -56,6 +68,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 def show(result: dict[str, Any]) -> None:
     """Print the parameters and how well the model holds."""
     print(f"{result['robot']}, payload {result['payload_kg']:g} kg, {result['samples']} samples of {result['log']}")
+    if result["power_side"] == "arm":
+        print("power measured on the bus of the arm: figures are seen from there, the robot file's from the mains")
     width = max(len(row["name"]) for row in result["parameters"])
     print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'inertia +-':>10}  {'catalog':>10}  unit")
     for row in result["parameters"]:
