@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robojoule.api import energy_profile, identify, optimize, pareto, simulate
+    from robojoule.api import adjust, energy_profile, identify, identify_timing, optimize, pareto, simulate
     from robojoule.formats.program import Program, load_program
     from robojoule.planning.plan import Plan
     from robojoule.robots import list_robots, load_robot
@@ -20,8 +20,10 @@ __all__ = [
     "Plan",
     "Program",
     "Robot",
+    "adjust",
     "energy_profile",
     "identify",
+    "identify_timing",
     "list_robots",
     "load_program",
     "load_robot",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
@@ -18,23 +19,26 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import as_array
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import shown
+from robojoule.inputs import LONGEST_S, as_number, shown
+from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, simulate_trees
-from robojoule.planning.cycle_time import cycle_time_s
+from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
+from robojoule.planning.guard import Guard
+from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
 from robojoule.planning.pareto import TradeOff, trade_offs
-from robojoule.planning.plan import Plan, plan_warnings, verify, waiting_until
-from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.writeback import write_plans
-from robojoule.profile.adaptive import AdaptiveProfiles
+from robojoule.planning.path_checks import collision_warnings
+from robojoule.planning.plan import Plan
+from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
+from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
     from robojoule.calibration.identification import Identification
     from robojoule.calibration.log import MeasuredLog
-
-RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
+    from robojoule.calibration.run_table import MeasuredRuns
+    from robojoule.calibration.timing import TimingIdentification
 
 
 class _Result(Protocol):
@@ -62,45 +66,119 @@ def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
 
 
 @_finite
-def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
+def optimize(
+    program: Program,
+    robot: Robot,
+    *,
+    cycle_time: float | str,
+    allow_faster: bool = False,
+    speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    profiles: Profiles | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cautious: bool = False,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
+) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
-    Speed limits of the program as given are not kept; its waits and process steps are, and may only become longer.
+    The program's waits and process steps are kept, its speed limits are upper bounds, those of fixed moves are kept.
+    Waits that an earlier plan added (`added_wait_after_s`) may go again, so a plan that is planned again for its own
+    cycle time stays as it is.
 
     Args:
         program: What the robot does in a cycle.
         robot: Robot with its payload.
-        cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, its waits and speed limits
-            included ("+10%").
+        cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, all its waits and its speed
+            limits included ("+10%").
+        allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
+        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
+        reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
+        profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
+            (the default with runs: of every move, at two speed limits or more).
+        runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
+            simulated profiles they tell the controller's timing alone.
+        cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
+        peak_power_w: Largest mains power that the cycle may draw, by simulation; any if not given. [W]
+        allow_overload_percent: By how much torques may exceed the peak limits. [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time is not valid.
+        InputError: The program does not fit the robot, an argument or a run is not valid, a joint torque exceeds its
+            peak limit, or the largest power cannot be kept.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    batch = _moving(program, robot)  # the motions and their optimisation graph
-    at_full_speed = program.tree.with_plan({move.name: 100.0 for move in program.moves})
-    given, fastest = simulate_trees(batch, [[program.tree, at_full_speed]])[0]
-    least_s = float(batch.least_cycles_s[0])
-    wanted_s = cycle_time_s(cycle_time, given_s=given.cycle_time_s, least_s=least_s)
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    as_given, program = program, _in_model_angles(program, robot)
+    at_full_speed = program.tree.without_plan(full_speed=True)
+    batch = _moving(program, guard.bearing(robot), at_full_speed if allow_faster else None)  # motions and graph
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    known = None if runs is None else _checked_runs(runs, program)
+    if known is not None and source == "simulated":
+        batch = _with_timing(batch, known)
+    batch = guard.bounded(batch)
+    if known is None or source == "simulated":
+        plan = planned(program, batch, at_full_speed, wish)
+    else:
+        plan = planned_on_runs(program, batch, known, wish)
+    return guard.told(plan, as_given, robot)
 
-    profiles = AdaptiveProfiles(batch.paths, batch.slowest_speed_limit)
-    schedule = plan_on_source(profiles, batch, np.array([[wanted_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    written = write_plans(batch, [[schedule]])[0][0]
-    run = verify(batch, written, schedule)
 
-    idle_w = float(batch.idle_post_w[-1])
-    return Plan(
-        program=Program(written),
-        robot=robot.name,
-        payload_kg=float(robot.payload.mass_kg),
-        run=run,
-        least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(given, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=plan_warnings(written, run, given),
-    )
+@_finite
+def adjust(
+    program: Program,
+    robot: Robot,
+    *,
+    measured_cycle: float | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cycle_time: float | str | None = None,
+    speed_step: float = SPEED_STEP_PERCENT,
+    reserve: float | str = 0.0,
+    cautious: bool = False,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
+) -> Plan:
+    """A plan made again from what a trial of it took on the machine.
+
+    Speed limits of the plan are no bounds: they are what the last plan chose. Fixed moves keep theirs.
+
+    Args:
+        program: The plan that ran: the program with its speed limits and waits.
+        robot: Robot with its payload, as for the plan.
+        measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
+        runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
+        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
+            robot's file. [s]
+        speed_step: See `optimize`. [%]
+        reserve: See `optimize`.
+        cautious: See `optimize`.
+        peak_power_w: See `optimize`. [W]
+        allow_overload_percent: See `optimize`. [%]
+
+    Raises:
+        InputError: Neither or both of cycle and runs are given, or see `optimize`.
+        CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
+    """
+    if (measured_cycle is None) == (runs is None):
+        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    as_given, program = program, _in_model_angles(program, robot)
+    full_speed = program.tree.without_plan(full_speed=True)
+    batch = guard.bounded(_moving(program, guard.bearing(robot), full_speed))
+    asked = cycle_time
+    if asked is None:
+        if runs is not None:
+            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
+        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
+    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
+    if runs is not None:
+        plan = planned_on_runs(program, batch, _checked_runs(runs, program), wish)
+    else:
+        measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
+        plan = adjusted(program, batch, full_speed, measured_s, wish)
+    return guard.told(plan, as_given, robot)
 
 
 @_finite
@@ -114,21 +192,29 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
+    program = _in_model_angles(program, robot)
     return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
 
 
 @_finite
-def pareto(program: Program, robot: Robot) -> TradeOff:
+def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
     Args:
-        program: What the robot does in a cycle.
+        program: What the robot does in a cycle; its speed limits are upper bounds.
         robot: Robot with its payload.
+        allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
 
     Raises:
         InputError: The program does not fit the robot.
     """
-    return trade_offs(_moving(program, robot))[0]
+    as_given, program = program, _in_model_angles(program, robot)
+    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
+    batch = _moving(program, robot, faster)
+    fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    found = trade_offs(batch)[0]
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
 @_finite
@@ -189,20 +275,66 @@ def identify(
     return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
 
 
-def _batch(program: Program, robot: Robot) -> TreeBatch:
-    """The motions and the optimisation graph of a program, checked against its robot."""
-    if not isinstance(program, Program):
-        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
-    program.check(_checked_robot(robot))
-    return TreeBatch(robot, [program.tree])
+@_finite
+def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
+    """The controller's rule for time laws from measured runs of a program's moves.
+
+    Args:
+        runs: Table of runs (see `robojoule.calibration.run_table`), or as read.
+        program: The program whose moves they are.
+        robot: Robot with its payload; its entry is what the search starts from.
+
+    Raises:
+        InputError: The runs cannot be read, are of too few moves, or do not fit the program.
+    """
+    from robojoule.calibration import timing
+
+    program = _in_model_angles(program, robot)
+    batch = _moving(program, robot)
+    return timing.identify_timing(batch.paths, _checked_runs(runs, program))
 
 
-def _moving(program: Program, robot: Robot) -> TreeBatch:
+def _checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
+    """Measured runs of a program's moves."""
+    from robojoule.calibration.run_table import MeasuredRuns, read_runs
+
+    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
+
+
+def _with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
+    """The same motions by the controller that runs show."""
+    from robojoule.calibration.timing import identify_timing
+
+    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
+    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+
+
+def _batch(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:
+    """Motions and optimisation graph of a program, or of a tree of the same targets, checked against its robot."""
+    _checked_program(program).check(_checked_robot(robot))
+    return TreeBatch(robot, [tree or program.tree])
+
+
+def _moving(program: Program, robot: Robot, tree: OperationTree | None = None) -> TreeBatch:
     """The same of a program that has something to plan."""
-    batch = _batch(program, robot)
+    batch = _batch(program, robot, tree)
     if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
         raise InputError("there is no motion: all positions of the program are the same", file=program.path)
     return batch
+
+
+def _in_model_angles(program: Program, robot: Robot) -> Program:
+    """The program in angles of the robot's model, checked where it is in others."""
+    if _checked_program(program).angles == "model":
+        return program
+    program.check(_checked_robot(robot))
+    return replace(program, tree=in_model_angles(program.tree, robot))
+
+
+def _checked_program(program: Program) -> Program:
+    if not isinstance(program, Program):
+        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
+    return program
 
 
 def _checked_robot(robot: Robot) -> Robot:

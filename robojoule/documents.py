@@ -13,8 +13,9 @@ from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
-from robojoule.errors import InputError
+from robojoule.errors import InputError, each_of, refuse
 from robojoule.inputs import shown
 
 
@@ -68,11 +69,31 @@ def read_document(path: str | Path) -> Any:
     Raises:
         InputError: The file is missing, unreadable, truncated or has duplicate keys.
     """
+    return data_of(read_document_text(path), path)
+
+
+def read_document_text(path: str | Path) -> str:
+    """Read the text of a YAML or JSON file as it stands, without the mark that some editors put first.
+
+    Raises:
+        InputError: Another suffix, or see `read_bytes`; or it is not UTF-8.
+    """
     path = Path(path)
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(f"unknown file type '{path.suffix}'", file=path, allowed=", ".join(_SUFFIXES))
+    most_bytes = MOST_BYTES if path.suffix.lower() == ".json" else _MOST_YAML_BYTES
+    return decoded(read_bytes(path, most_bytes), path)
+
+
+def data_of(text: str, path: str | Path) -> Any:
+    """Plain data of the text of a YAML or JSON file, told apart by the suffix of its path.
+
+    Raises:
+        InputError: See `read_document`.
+    """
+    path = Path(path)
     is_json = path.suffix.lower() == ".json"
-    text = read_text(path, MOST_BYTES if is_json else _MOST_YAML_BYTES)
+    text = with_plain_line_ends(text)
     try:
         if is_json:
             data = json.loads(text, object_pairs_hook=_unique_pairs)
@@ -166,13 +187,26 @@ def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
 
 def text_of(content: bytes, path: str | Path) -> str:
     """The text of a file's content, see `read_text`."""
+    return with_plain_line_ends(decoded(content, path))
+
+
+def with_plain_line_ends(text: str) -> str:
+    """A text with the line ends of Python."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def decoded(content: bytes, path: str | Path) -> str:
+    """The text of a file's content with its own line ends, without the mark that some editors put first.
+
+    Raises:
+        InputError: It is not UTF-8.
+    """
     try:
-        text = content.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         is_utf_16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         problem = "the file is UTF-16, not UTF-8 text" if is_utf_16 else "the file is not UTF-8 text"
         raise InputError(problem, file=path, allowed="a file that was saved as UTF-8") from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _unreadable(path: str | Path, error: Exception) -> InputError:
@@ -189,20 +223,21 @@ def parse(model: type[D], data: Any, source: str | Path) -> D:
     """Validate `data` against `model`.
 
     Raises:
-        InputError: First violation, with its key and what is allowed.
+        InputError: Every violation, with its key and what is allowed.
     """
     try:
         return model.model_validate(data)
     except InputError as error:  # raised by a validator that knows the key, but not the file
-        raise InputError(error.problem, file=source, key=error.key, allowed=error.allowed) from None
+        refuse([InputError(e.problem, file=source, key=e.key, allowed=e.allowed) for e in each_of(error)])
     except ValidationError as error:
-        raise _first_error(error, model, source) from None
+        found = error.errors(include_url=False)
+        # A misspelt key shows as an unknown one and a missing one: the unknown one points at the typing error.
+        found.sort(key=lambda details: details["type"] != "extra_forbidden")
+        refuse([_violation(details, model, source) for details in found])
+    raise AssertionError("a refusal without a reason")
 
 
-def _first_error(error: ValidationError, model: type[BaseModel], source: str | Path) -> InputError:
-    found = error.errors(include_url=False)
-    # A misspelt key shows as an unknown one and a missing one: the unknown one points at the typing error.
-    details = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
+def _violation(details: ErrorDetails, model: type[BaseModel], source: str | Path) -> InputError:
     key = ".".join(str(part) for part in details["loc"]) or None
     if details["type"] == "extra_forbidden":
         names = _sibling_names(model, details["loc"][:-1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,31 @@ class InputError(RobojouleError):
         super().__init__(f"{message}; allowed: {right}" if right else message)
 
 
+class InputErrors(InputError):
+    """Several things in the user's input cannot be used; the message is the first one's and counts the others.
+
+    Args:
+        errors: Each of them, at least two.
+    """
+
+    def __init__(self, errors: Sequence[InputError]) -> None:
+        first = errors[0]
+        self.errors = tuple(errors)
+        problem = f"{first.problem} (and {len(errors) - 1} more)"
+        super().__init__(problem, file=first.file, key=first.key, allowed=first.allowed)
+
+
+def refuse(errors: Sequence[InputError]) -> None:
+    """Raise what was found, if anything was: one error as it is, several as `InputErrors`."""
+    if errors:
+        raise errors[0] if len(errors) == 1 else InputErrors(errors)
+
+
+def each_of(error: InputError) -> tuple[InputError, ...]:
+    """The single findings of an error."""
+    return error.errors if isinstance(error, InputErrors) else (error,)
+
+
 def _fitting(*parts: str | None) -> list[str]:
     """Problem, file and other parts of a message on one line, control characters escaped, cut until they fit.
 
@@ -91,14 +117,19 @@ class CycleTimeTooShort(InputError):
     Args:
         requested_s: Cycle time asked for. [s]
         minimum_s: Least feasible cycle time. [s]
+        faster_s: That with moves faster than the program's speed limits allow, where these bound it. [s]
     """
 
-    def __init__(self, requested_s: float, minimum_s: float) -> None:
+    def __init__(self, requested_s: float, minimum_s: float, faster_s: float | None = None) -> None:
         self.requested_s = requested_s
         self.minimum_s = minimum_s
+        self.faster_s = faster_s
+        bounded = faster_s is not None and faster_s < minimum_s - 1e-6
+        within = " within the program's speed limits" if bounded else ""
         super().__init__(
-            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle",
-            allowed=f"at least {minimum_s:.6f} s",
+            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{within}",
+            allowed=f"at least {minimum_s:.6f} s"
+            + (f", or {faster_s:.6f} s if moves may be faster" if bounded else ""),
         )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from reproduction.closed_loop.config import CloseTheLoopParams
 from reproduction.config import Budget, ForestParams, SpeedLimits
 from reproduction.study.plant import PlantParams
 from robojoule.documents import Document, load
@@ -75,6 +76,7 @@ class StudyParams(Document):
     compare_predictors: ComparePredictorsParams
     evaluate_motions: EvaluateMotionsParams
     evaluate_robots: EvaluateRobotsParams
+    close_the_loop: CloseTheLoopParams
 
 
 def load_study_params(path: str | Path = "studies/params.yaml") -> StudyParams:

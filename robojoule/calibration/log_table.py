@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-import io
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.documents import check_file, read_text, reason
+from robojoule.calibration.dialects import check_unit, decoded, rows_of, seconds_of_stamps, unpacked
+from robojoule.documents import check_file, read_bytes, reason
 from robojoule.errors import InputError, require_package
 from robojoule.inputs import counted, shown
 
 MOST_LOG_BYTES = 2**31
+SUFFIXES = (".csv", ".tsv", ".txt", ".csv.gz", ".tsv.gz", ".txt.gz", ".parquet")
 
 
 @dataclass(frozen=True)
@@ -27,11 +29,26 @@ class LogTable:
         source: File it was read from.
         names: Names of the columns, as the file has them.
         values: Numbers of the column at a place, shape (T,); NaN where a cell is empty.
+        texts: Texts of the column at a place.
     """
 
     source: str
     names: tuple[str, ...]
     values: Callable[[int], Array]
+    texts: Callable[[int], list[str]]
+
+    def words(self, name: str) -> list[str]:
+        """Texts of a column.
+
+        Raises:
+            InputError: There is no such column, or a cell is empty.
+        """
+        if name not in self.names:
+            raise InputError("this column is missing", file=self.source, key=name)
+        found = self.texts(self.names.index(name))
+        if "" in found:
+            raise InputError(f"row {found.index('') + 1} is empty", file=self.source, key=name)
+        return found
 
     def column(self, name: str) -> Array:
         """Numbers of a column, shape (T,).
@@ -52,18 +69,18 @@ def read_table(path: Path) -> LogTable:
     """Read a table with at least one row; rows are counted from 1 below the header.
 
     Args:
-        path: CSV file (comma-separated, with a header) or, if pyarrow is installed, Parquet file.
+        path: CSV file as `robojoule.calibration.dialects` describes it or, if pyarrow is installed, Parquet file.
 
     Raises:
         InputError: The file cannot be read, has no rows or a column twice.
     """
-    suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet"):
-        raise InputError(f"unknown file type '{suffix}'", file=path, allowed=".csv, .parquet")
+    name = path.name.lower()
+    if not name.endswith(SUFFIXES):
+        raise InputError(f"unknown file type '{path.suffix.lower()}'", file=path, allowed=", ".join(SUFFIXES))
     check_file(path, MOST_LOG_BYTES)
     try:
-        table, rows = _read_parquet(path) if suffix == ".parquet" else _read_csv(path)
-    except (OSError, ValueError, csv.Error) as error:
+        table, rows = _read_parquet(path) if name.endswith(".parquet") else _read_csv(path)
+    except (OSError, EOFError, ValueError, csv.Error, zlib.error) as error:
         raise InputError(f"the log cannot be read ({reason(error)})", file=path) from None
     doubled = sorted({name for name in table.names if table.names.count(name) > 1})
     if doubled:
@@ -75,27 +92,36 @@ def read_table(path: Path) -> LogTable:
 
 def _read_csv(path: Path) -> tuple[LogTable, int]:
     """The table and its number of rows; whole rows are kept, so that one of another length is noticed."""
-    rows = [row for row in csv.reader(io.StringIO(read_text(path, MOST_LOG_BYTES))) if row]
-    if not rows:
-        raise ValueError("it is empty")
-    names, cells = rows[0], rows[1:]
+    content = read_bytes(path, MOST_LOG_BYTES)
+    if path.name.lower().endswith(".gz"):
+        content = unpacked(content, MOST_LOG_BYTES)
+    found = rows_of(decoded(content))
+    names, cells = found.names, found.cells
     for number, row in enumerate(cells, start=1):
         if len(row) != len(names):
             raise ValueError(f"row {number} has {counted(len(row), 'cell')}, the header {len(names)}")
+    for name, unit in zip(names, found.units, strict=False):
+        check_unit(name, unit, path)
 
     def values(place: int) -> Array:
-        column = [row[place].strip() or "nan" for row in cells]
+        column = [found.number_text(row[place]) or "nan" for row in cells]
         try:
             text = "".join(column)
             if text.isascii() and "_" not in text:
                 return np.array(column, dtype=float)
         except ValueError:
             pass
+        seconds = seconds_of_stamps(column)
+        if seconds is not None:
+            return seconds
         number = next(number for number, cell in enumerate(column, start=1) if not _is_number(cell))
         problem = f"row {number} holds {shown(column[number - 1])}, which is not a number"
         raise InputError(problem, file=path, key=names[place])
 
-    return LogTable(str(path), tuple(names), values), len(cells)
+    def texts(place: int) -> list[str]:
+        return [row[place].strip() for row in cells]
+
+    return LogTable(str(path), tuple(names), values, texts), len(cells)
 
 
 def _is_number(cell: str) -> bool:
@@ -122,4 +148,7 @@ def _read_parquet(path: Path) -> tuple[LogTable, int]:
             raise InputError(f"the column holds {column.type}, not numbers", file=path, key=table.column_names[place])
         return np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=float)
 
-    return LogTable(str(path), tuple(table.column_names), values), table.num_rows
+    def texts(place: int) -> list[str]:
+        return [str(value) if value is not None else "" for value in table.column(place).to_pylist()]
+
+    return LogTable(str(path), tuple(table.column_names), values, texts), table.num_rows

@@ -10,6 +10,15 @@ def show_head(result: dict[str, Any]) -> None:
     print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
 
 
+def show_loads(result: dict[str, Any], where: str = "") -> None:
+    """Print the largest power and torques."""
+    print(
+        f"{where}largest mains power {result['peak_power_w']:.1f} W, "
+        f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its peak limit, "
+        f"{100.0 * result['rms_torque_ratio']:.1f} % of the continuous one (root mean square)"
+    )
+
+
 def show_moves(result: dict[str, Any]) -> None:
     """Print the moves as a table, and what to know."""
     width = max(len("move"), *(len(move["name"]) for move in result["moves"]))
@@ -28,3 +37,18 @@ def show_written(result: dict[str, Any], *names: str) -> None:
     for name in names:
         if result[name]:
             print(f"written to {result[name]}")
+
+
+def show_outlook(result: dict[str, Any]) -> None:
+    """Print reserve, and how sure the plan is, where that is known."""
+    if result["reserve_s"]:
+        print(f"reserve {result['reserve_s']:.4f} s, as a wait at the end")
+    outlook = result["outlook"]
+    if outlook is None:
+        return
+    if outlook["late_probability"] is not None:
+        deviation, late = 1e3 * outlook["cycle_deviation_s"], 100.0 * outlook["late_probability"]
+        print(f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late in {late:.2g} % of such plans")
+    if outlook["saving_low_percent"] is not None:
+        low, high = outlook["saving_low_percent"], outlook["saving_high_percent"]
+        print(f"saving against the program as given: {low:.1f} to {high:.1f} % (90 % interval)")

@@ -6,32 +6,75 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
-from robojoule.cli._output import show_head, show_moves, show_written
+from robojoule.cli._arguments import (
+    add_bounds,
+    add_measurements,
+    add_program,
+    add_robot,
+    check_outputs,
+    number,
+    program_of,
+    robot_of,
+)
+from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, cycle time and output."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--cycle-time",
         required=True,
         metavar="T",
         help="seconds (7.5), or a share above the cycle time of the program as given, waits included (+10%%)",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with speed limits and waits here")
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
+    parser.add_argument(
+        "--speed-step",
+        type=number,
+        default=1.0,
+        metavar="PERCENT",
+        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+    )
+    add_measurements(parser)
+    parser.add_argument(
+        "--profiles",
+        metavar="KIND",
+        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
+    )
+    add_bounds(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="write the program with speed limits and waits here; it may be PROGRAM itself, the rest of which is kept",
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
-    from robojoule.formats.program import load_program
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["program", "robot"], {"out": suffixes})
-    plan = optimize(load_program(arguments.program), robot_of(arguments), cycle_time=arguments.cycle_time)
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    program = program_of(arguments)
+    plan = optimize(
+        program,
+        robot_of(arguments, program),
+        cycle_time=arguments.cycle_time,
+        allow_faster=arguments.allow_faster,
+        speed_step=arguments.speed_step,
+        peak_power_w=arguments.peak_power,
+        allow_overload_percent=arguments.allow_overload,
+        reserve=arguments.reserve,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
+    )
     if arguments.out is not None:
         plan.save(arguments.out)
     return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}
@@ -41,13 +84,18 @@ def show(result: dict[str, Any]) -> None:
     """Print the plan."""
     show_head(result)
     print(f"cycle time {result['cycle_time_s']:.4f} s (fastest {result['least_cycle_time_s']:.4f} s)")
-    gap = result["gap_to_optimum_percent"]
-    print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
+    if result["profiles"] == "measured":
+        print(f"energy {result['energy_j']:.1f} J per cycle, by the measured runs")
+    else:
+        gap = result["gap_to_optimum_percent"]
+        print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
     for name, energy, saving in (
         ("the program as given", "energy_given_j", "saving_percent"),
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    show_loads(result)
+    show_outlook(result)
     show_moves(result)
     show_written(result, "out")
 

@@ -8,8 +8,8 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
-from robojoule.cli._output import show_head, show_written
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
+from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
 
@@ -17,12 +17,15 @@ _ROWS_SHOWN = 12
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, range and outputs."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--until",
         choices=("least", "waiting"),
         default="least",
         help="end at the cycle time with the least energy, or where all further time is waited (default: least)",
+    )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
     )
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
@@ -32,10 +35,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
     from robojoule.api import pareto
     from robojoule.documents import write_files
-    from robojoule.formats.program import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
-    result = pareto(load_program(arguments.program), robot_of(arguments)).to_dict(until=arguments.until)
+    program = program_of(arguments)
+    found = pareto(program, robot_of(arguments, program), allow_faster=arguments.allow_faster)
+    result = found.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()
@@ -59,6 +63,7 @@ def show(result: dict[str, Any]) -> None:
         f"least energy {result['best_energy_j']:.1f} J at {result['best_cycle_time_s']:.4f} s; from "
         f"{result['waiting_cycle_time_s']:.4f} s on more time is waited at {result['waiting_power_w']:.1f} W"
     )
+    show_loads(result, "in the fastest cycle: ")
     print("cycle time [s]  energy [J]  marginal power [W]")
     points = result["points"]
     shown = range(0, len(points), max(len(points) // _ROWS_SHOWN, 1))
@@ -73,4 +78,6 @@ def show(result: dict[str, Any]) -> None:
         print(
             f"a profile is not convex: between breakpoints the curve may be up to {result['hull_excess_j']:.2f} J low"
         )
+    for warning in result["warnings"]:
+        print(f"warning: {warning}")
     show_written(result, "csv", "plot")

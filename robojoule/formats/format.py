@@ -17,10 +17,12 @@ class Reading:
     Attributes:
         tree: The operations of the cycle.
         places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
+        text: The text of the file, so that a plan can be written into it.
     """
 
     tree: OperationTree
     places: Mapping[str, str]
+    text: str
 
 
 class Format(Protocol):
@@ -41,8 +43,14 @@ class Format(Protocol):
             InputError: The file cannot be read, or does not hold a program; names the place in the file.
         """
 
-    def write(self, tree: OperationTree, path: Path) -> None:
+    def write(self, tree: OperationTree, path: Path, text: str | None = None) -> None:
         """Write a file, atomically.
+
+        Args:
+            tree: What the program does.
+            path: File to write.
+            text: Text of a file of this format with the same operations: only speed limits and waits change in it,
+                its comments, units and order are kept.
 
         Raises:
             InputError: The format cannot hold the tree, or the file cannot be written.

@@ -148,6 +148,21 @@ class PathTiming:
         """Path acceleration, the same at every speed limit, shape (M,); 1 for motions of zero length. [1/s2]"""
         return self.full_speed[1]
 
+    def take_full_speed(self, other: PathTiming, rows: Index | slice) -> None:
+        """Take what the search for full speed found for some motions of another timing by the same model."""
+        velocity, acceleration = other.full_speed
+        self.full_speed = velocity[rows], acceleration[rows]
+
+    @property
+    def filter_time_s(self) -> float:
+        """Length of a full jerk phase. [s]"""
+        return self.robot.drives.filter_time_s
+
+    @property
+    def dead_time_s(self) -> float:
+        """What every motion takes beyond its time law. [s]"""
+        return 0.0
+
     def _duration_at(self, velocity: Array, rows: Index) -> Array:
         acceleration = self.acceleration[rows].reshape(-1, *[1] * (velocity.ndim - 1))
         return duration_at_peak_s(velocity, acceleration, self.robot.drives.filter_time_s)
@@ -164,12 +179,19 @@ class PathTiming:
         Raises:
             InputError: A speed limit is not in (0, 1].
         """
+        limits = self._checked_limits(speed_limits)
+        full = np.where(self.moving, self.full_velocity, 0.0)
+        return np.asarray(np.minimum(limits * full[:, None], self.fastest_velocity[:, None]))
+
+    def _checked_limits(self, speed_limits: ArrayLike) -> Array:
         limits = np.asarray(speed_limits, dtype=float)
         if not np.all((limits > 0.0) & (limits <= 1.0)):
             raise InputError("a speed limit is out of range", allowed="above 0 and at most 1 (100 %)")
-        limits = np.broadcast_to(limits, (self.motions, limits.shape[-1]))
-        full = np.where(self.moving, self.full_velocity, 0.0)
-        return np.asarray(np.minimum(limits * full[:, None], self.fastest_velocity[:, None]))
+        return np.broadcast_to(limits, (self.motions, limits.shape[-1]))
+
+    def accelerations(self, speed_limits: ArrayLike) -> Array:
+        """Path accelerations under speed limits, shapes as in `peak_velocities`. [1/s2]"""
+        return np.broadcast_to(self.acceleration[:, None], self._checked_limits(speed_limits).shape)
 
     def durations(self, speed_limits: ArrayLike) -> Array:
         """Durations under speed limits, shapes as in `peak_velocities`. [s]"""
@@ -231,15 +253,18 @@ class PathTiming:
         length = float(self.travel_rad[index])
         return path_law(peak_velocity, self.acceleration[index], self.robot.drives.filter_time_s, length_rad=length)
 
-    def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
+    def laws(self, peak_velocity: Array, rows: Index, acceleration: Array | None = None) -> PathLaw:
         """Time laws of some motions at peak path velocities.
 
         Args:
             peak_velocity: Peak path velocities, shape (M', S). [1/s]
             rows: Which motions, shape (M',).
+            acceleration: Path accelerations, shape (M', S); those that the controller has at these velocities if not
+                given. [1/s2]
 
         Returns:
             The laws, with arrays of shape (M', S, 7).
         """
-        acceleration = np.broadcast_to(self.acceleration[rows, None], peak_velocity.shape)
+        if acceleration is None:
+            acceleration = np.broadcast_to(self.acceleration[rows, None], peak_velocity.shape)
         return path_law(peak_velocity, acceleration, self.robot.drives.filter_time_s)

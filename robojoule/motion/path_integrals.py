@@ -73,23 +73,31 @@ class PathIntegrals:
         speed_limits: Fractions in (0, 1], shape (S,) or (M, S). [-]
         directions: Changes of the bodies' parameters for a unit of each inertial coordinate, shape (10 n, r); see
             `robojoule.calibration.inertial`.
+        like: Integrals of the same motions at other speed limits or by another controller, whose regressors are taken.
     """
 
-    def __init__(self, paths: MotionPaths, speed_limits: Array, directions: Array) -> None:
+    def __init__(
+        self, paths: MotionPaths, speed_limits: Array, directions: Array, like: PathIntegrals | None = None
+    ) -> None:
         self.robot: Robot = paths.robot
         self.delta_rad = paths.delta_rad
         self.moving = paths.moving
         self.rows = np.flatnonzero(self.moving)
         self.directions = directions
         timing = paths.timing
-        self.filter_s = timing.robot.drives.filter_time_s
+        self.filter_s = timing.filter_time_s
         self.peak_velocity = timing.peak_velocities(speed_limits)
-        self.acceleration = np.broadcast_to(timing.acceleration[:, None], self.peak_velocity.shape)
+        self.acceleration = timing.accelerations(speed_limits)
         self.duration_s = timing.durations(speed_limits)
+        self.dead_s = timing.dead_time_s * self.moving[:, None]  # in which the arm stands at the end of a motion
         torques = paths.torques
         self.counts = torques.counts
         self.coefficients = np.concatenate([torques.inertia_nm_s2, torques.velocity_nm_s2, torques.gravity_nm], axis=2)
-        self.regressors = link_regressors(self.robot, paths.path, torques.nodes_s, directions)
+        self.regressors: Array = (
+            like.regressors
+            if like is not None
+            else link_regressors(self.robot, paths.path, torques.nodes_s, directions)
+        )
 
     def evaluate(
         self, drives: DriveParameters, inertial: Array, viscosity: Array | None = None, *, gradient: bool = False
@@ -116,10 +124,15 @@ class PathIntegrals:
             if gradient and len(inertial):
                 regressors = self.regressors[rows, :count].reshape(len(rows), -1, len(inertial))
                 moments[rows] = weights.reshape(len(rows), speeds, -1) @ regressors
-        energy = mains_energy_j(drives, self.duration_s, drawn, bus)
+        active_s = self.duration_s - self.dead_s
+        energy = mains_energy_j(drives, active_s, drawn, bus)
         if gradient:
-            parts |= mains_gradient(drives, self.duration_s, drawn, bus) | {INERTIAL: moments}
+            parts |= mains_gradient(drives, active_s, drawn, bus) | {INERTIAL: moments}
         idle, idle_gradient = self._idle(coefficients, drives, gradient=gradient)
+        if self.dead_s.any():
+            energy += self.dead_s * idle[:, 1:]
+            for name, along in parts.items():
+                along += self.dead_s.reshape(motions, *[1] * (along.ndim - 1)) * idle_gradient[name][:, 1:]
         return EnergyIntegrals(energy, idle, parts, idle_gradient)
 
     def _chunks(self, size: int) -> Iterator[Index]:

@@ -8,6 +8,7 @@ rate. Inverse dynamics and time laws come from the library's own engines unless 
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -16,9 +17,11 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, Index
 from robojoule.motion.controller import PathTiming
 from robojoule.motion.dynamics import DynamicsEngine, PathTorques, chebyshev_basis, path_torques
+from robojoule.motion.learnt_controller import LearntPathTiming, path_timing
 from robojoule.motion.path import Path, StraightPath
 from robojoule.motion.quadrature import RunQuadrature, run_quadrature
 from robojoule.motion.time_laws import LawEngine, PathLaw, path_law
+from robojoule.robots.controller_file import ControllerTiming
 from robojoule.robots.drives import DrivePowers, drive_powers, idle_power_w, mains_energy_j, mains_power_w
 from robojoule.robots.robot import Robot
 
@@ -136,7 +139,7 @@ class MotionPaths:
         engine = engines.inverse_dynamics
         self.torques: PathTorques = path_torques(robot, self.path, engine=engine)
         planned = self.torques if controller is None else path_torques(controller, self.path, engine=engine)
-        self.timing = PathTiming(controller or robot, planned, self.path)
+        self.timing: PathTiming = path_timing(controller or robot, planned, self.path)
         self.moving = self.timing.moving
 
     def subset(self, rows: Index | slice) -> MotionPaths:
@@ -144,9 +147,15 @@ class MotionPaths:
         start = self.start_rad[rows]
         controller = None if self.timing.robot is self.robot else self.timing.robot
         part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller, self.engines)
-        velocity, acceleration = self.timing.full_speed
-        part.timing.full_speed = velocity[rows], acceleration[rows]
+        part.timing.take_full_speed(self.timing, rows)
         return part
+
+    def with_controller(self, controller: ControllerTiming) -> MotionPaths:
+        """The same motions by a controller of other timing; torques are shared, and so is the search for full speed."""
+        other = copy.copy(self)
+        other.timing = LearntPathTiming(self.timing.robot, self.timing.torques, self.path, controller)
+        other.timing.take_full_speed(self.timing, slice(None))
+        return other
 
     @property
     def idle_power_start_w(self) -> Array:
@@ -182,26 +191,30 @@ class MotionPaths:
         """Time law of motion `index` at a peak path velocity [1/s]."""
         return self.timing.law(index, peak_velocity)
 
-    def laws(self, peak_velocity: Array, rows: Index) -> PathLaw:
+    def laws(self, peak_velocity: Array, rows: Index, acceleration: Array | None = None) -> PathLaw:
         """Time laws of moving motions `rows` (M',) at peak path velocities (M', S) [1/s], arrays of shape (M', S, 7).
+
+        Accelerations (M', S) [1/s2] are those that the controller has at these velocities if not given.
 
         Raises:
             MissingPackage: Ruckig is asked for and not installed.
         """
         timing = self.timing
         if self.engines.time_laws == "closed_form":
-            return timing.laws(peak_velocity, rows)
+            return timing.laws(peak_velocity, rows, acceleration)
+        if acceleration is None:
+            acceleration = np.broadcast_to(timing.acceleration[rows, None], peak_velocity.shape)
         return path_law(
             peak_velocity,
-            np.broadcast_to(timing.acceleration[rows, None], peak_velocity.shape),
-            timing.robot.drives.filter_time_s,
+            acceleration,
+            timing.filter_time_s,
             length_rad=timing.travel_rad[rows, None],
             engine=self.engines.time_laws,
         )
 
     def simulate(self, speed_limits: ArrayLike) -> MotionRuns:
         """Run every motion at speed limits (shapes as in `peak_velocities`)."""
-        velocity = self.peak_velocities(speed_limits)
+        velocity, acceleration = self.peak_velocities(speed_limits), self.timing.accelerations(speed_limits)
         limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
         arrays = {field.name: np.zeros_like(velocity) for field in fields(MotionRuns)}
         arrays["speed_limit"] = limits
@@ -212,16 +225,30 @@ class MotionPaths:
             block = max(1, _BLOCK_RUNS // velocity.shape[1])
             for first in range(0, len(rows), block):
                 part = rows[first : first + block]
-                for name, values in self._runs(part, velocity[part], self._quadrature(int(count))).items():
+                law = self.laws(velocity[part], part, acceleration[part])
+                for name, values in self._runs(part, law, self._quadrature(int(count))).items():
                     arrays[name][part] = values
+        if self.timing.dead_time_s != 0.0:
+            self._add_dead_time(arrays)
         return MotionRuns(**arrays)
 
-    def _runs(self, rows: Index, velocity: Array, quadrature: RunQuadrature) -> dict[str, Array]:
-        """Figures of the runs of some motions at peak velocities (M', S) [1/s]: power integrated over their laws."""
-        law = self.laws(velocity, rows)
+    def _add_dead_time(self, arrays: dict[str, Array]) -> None:
+        """Add what motions stand beyond their time laws, at the power of standing where they end."""
+        drives, dead = self.robot.drives, self.timing.dead_time_s * self.moving[:, None]
+        torque = self.torques.at_nodes[2][:, -1]
+        copper = torque**2 @ drives.copper_w_per_joint_nm2
+        arrays["duration_s"] += dead
+        arrays["energy_j"] += dead * self.idle_power_end_w[:, None]
+        arrays["base_j"] += dead * drives.base_power_w
+        arrays["copper_j"] += dead * copper[:, None]
+        arrays["inverter_j"] += dead * (1.0 / drives.inverter_efficiency - 1.0) * copper[:, None]
+        arrays["torque_square_integral_nm2_s"] += dead[..., None] * torque[:, None] ** 2
+
+    def _runs(self, rows: Index, law: PathLaw, quadrature: RunQuadrature) -> dict[str, Array]:
+        """Figures of the runs of some motions (M',) by their laws: power integrated over them, shapes (M', S)."""
         states, weights = quadrature.states(law), quadrature.weights(law)
         bus, friction, copper = np.empty((3, *weights.shape))
-        peak_torque, squared = np.empty((2, len(rows), self.robot.joint_count, velocity.shape[1]))
+        peak_torque, squared = np.empty((2, len(rows), self.robot.joint_count, law.duration_s.shape[1]))
         chunk = max(1, _CHUNK_STATES // weights[0].size)
         for first in range(0, len(rows), chunk):
             part = slice(first, first + chunk)

@@ -166,7 +166,7 @@ def _in_closed_form(velocity: Array, acceleration: Array, filter_time_s: float) 
     )
 
 
-def ramp_time_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: float) -> Array:
+def ramp_time_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: ArrayLike) -> Array:
     """Time to reach a velocity from rest with jerk = acceleration / filter time.
 
     Args:
@@ -177,13 +177,13 @@ def ramp_time_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: flo
     Returns:
         Ramp time, broadcast shape of the arguments. [s]
     """
-    v, a = np.asarray(velocity, dtype=float), np.asarray(acceleration, dtype=float)
-    full: Array = v / a + filter_time_s
-    short: Array = 2.0 * np.sqrt(v * filter_time_s / a)
-    return np.where(v >= a * filter_time_s, full, short)
+    v, a, jerk_s = (np.asarray(x, dtype=float) for x in (velocity, acceleration, filter_time_s))
+    full: Array = v / a + jerk_s
+    short: Array = 2.0 * np.sqrt(v * jerk_s / a)
+    return np.where(v >= a * jerk_s, full, short)
 
 
-def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: float) -> Array:
+def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: ArrayLike) -> Array:
     """Duration of the unit path at a peak velocity; infinite where that velocity cannot be reached on it.
 
     Arguments as in `ramp_time_s`; returns their broadcast shape. [s]
@@ -193,7 +193,7 @@ def duration_at_peak_s(velocity: ArrayLike, acceleration: ArrayLike, filter_time
     return np.where(v * ramp <= 1.0 + ROUNDING, 1.0 / v + ramp, np.inf)
 
 
-def reachable_velocity(acceleration: ArrayLike, filter_time_s: float, ramp_share: float = 1.0) -> Array:
+def reachable_velocity(acceleration: ArrayLike, filter_time_s: ArrayLike, ramp_share: float = 1.0) -> Array:
     """Highest peak velocity with v T_a(v) <= ramp_share; with 1 that of the fastest law without a velocity limit.
 
     Args:
@@ -204,8 +204,8 @@ def reachable_velocity(acceleration: ArrayLike, filter_time_s: float, ramp_share
     Returns:
         Velocity, shape of `acceleration`. [1/s]
     """
-    a = np.asarray(acceleration, dtype=float)
+    a, jerk_s = np.asarray(acceleration, dtype=float), np.asarray(filter_time_s, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        with_plateau = a / 2.0 * (np.sqrt(filter_time_s**2 + 4.0 * ramp_share / a) - filter_time_s)
-    without = (a / filter_time_s * ramp_share**2 / 4.0) ** (1.0 / 3.0)
-    return np.where(with_plateau >= a * filter_time_s, with_plateau, without)
+        with_plateau = a / 2.0 * (np.sqrt(jerk_s**2 + 4.0 * ramp_share / a) - jerk_s)
+    without = (a / jerk_s * ramp_share**2 / 4.0) ** (1.0 / 3.0)
+    return np.asarray(np.where(with_plateau >= a * jerk_s, with_plateau, without))

@@ -12,7 +12,7 @@ from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
-from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots.robot import Robot
 
@@ -29,6 +29,9 @@ class TreeBatch:
         trees: Operation trees.
         slowest_speed_limit: Speed limit that bounds durations from above, a fraction in (0, 1].
 
+    Attributes:
+        speed_range: Lowest and highest speed limit of each motion that the trees allow, each of shape (M,). [-]
+
     Raises:
         InputError: A tree does not fit the robot, or has coarse zones (their motions cannot be simulated singly).
     """
@@ -38,6 +41,9 @@ class TreeBatch:
     ) -> None:
         for tree in trees:
             check_tree(tree, robot)
+            if tree.angles != "model":
+                problem = f"tree '{tree.name}' is in angles of the pendant"
+                raise InputError(problem, key="angles", allowed="angles of the model (`in_model_angles`)")
             for move in tree.moves():
                 if not move.is_fine:
                     raise InputError(
@@ -54,16 +60,17 @@ class TreeBatch:
         )
         ends = np.cumsum([len(p) - 1 for p in points])
         self.rows = tuple(slice(int(end) - len(p) + 1, int(end)) for p, end in zip(points, ends, strict=True))
+        self.speed_range = speed_range([move for tree in trees for move in tree.moves()], slowest_speed_limit)
 
     @cached_property
     def d_min_s(self) -> Array:
-        """Duration of each motion at full speed, shape (M,). [s]"""
-        return self.paths.minimum_durations()
+        """Duration of each motion at its highest speed limit, shape (M,). [s]"""
+        return np.asarray(self.paths.durations(self.speed_range[1][:, np.newaxis])[:, 0])
 
     @cached_property
     def d_max_s(self) -> Array:
-        """Duration of each motion at the slowest speed limit, shape (M,). [s]"""
-        return np.asarray(self.paths.durations([self.slowest_speed_limit])[:, 0])
+        """Duration of each motion at its lowest speed limit, shape (M,). [s]"""
+        return np.asarray(self.paths.durations(self.speed_range[0][:, np.newaxis])[:, 0])
 
     @cached_property
     def idle_prior_w(self) -> Array:
@@ -77,14 +84,14 @@ class TreeBatch:
 
     @cached_property
     def saturating_speed_limits(self) -> Array:
-        """Lowest speed limit that gives the fastest run, shape (M,); 1 for motions of zero length. [-]"""
-        return np.maximum(self.paths.fastest_speed_limits(), self.slowest_speed_limit)
+        """Lowest speed limit that gives the fastest run that is allowed, shape (M,). [-]"""
+        return np.clip(self.paths.fastest_speed_limits(), *self.speed_range)
 
     def speed_limits(self, count: int) -> Array:
         """Equidistant speed limits of each motion from the slowest to the lowest of full speed, shape (M, S). [-]"""
         shares = np.linspace(0.0, 1.0, count)
-        top = self.saturating_speed_limits[:, np.newaxis]
-        return np.minimum(self.slowest_speed_limit + shares * (top - self.slowest_speed_limit), 1.0)
+        top, slowest = self.saturating_speed_limits[:, np.newaxis], self.speed_range[0][:, np.newaxis]
+        return np.minimum(slowest + shares * (top - slowest), 1.0)
 
     @cached_property
     def least_cycles_s(self) -> Array:
@@ -97,3 +104,21 @@ class TreeBatch:
         """Values of each motion's predecessor in its cycle, shape (M,) -> (M,)."""
         array = np.asarray(values, dtype=float)
         return np.concatenate([np.roll(array[rows], 1) for rows in self.rows])
+
+
+def speed_range(moves: Sequence[MoveOperation], slowest_speed_limit: float) -> tuple[Array, Array]:
+    """Lowest and highest speed limit that each of M moves may get, each of shape (M,), fractions in (0, 1].
+
+    A given speed limit is the highest one, and a move that is given less than the slowest speed limit keeps its own.
+    """
+    highest = np.array([move.speed_limit_percent / 100.0 for move in moves])
+    least = np.array([(move.least_speed_percent or 0.0) / 100.0 for move in moves])
+    fixed = np.array([move.fixed for move in moves], dtype=bool)
+    lowest = np.minimum(np.maximum(least, slowest_speed_limit), highest)
+    return np.where(fixed, highest, lowest), highest
+
+
+def percent_of(speed_limit: float, given_percent: float | None = None) -> float:
+    """A speed limit as it is written: as it was given, or in few digits, where that is the very same number. [%]"""
+    plain = (given_percent, round(100.0 * speed_limit, 6))
+    return next((p for p in plain if p is not None and p / 100.0 == speed_limit), 100.0 * speed_limit)

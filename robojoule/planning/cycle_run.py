@@ -11,7 +11,7 @@ import numpy as np
 from robojoule.arrays import Array, freeze
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
-from robojoule.planning.batch import TreeBatch
+from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import graph_of_tree, process_energy_j
 from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
@@ -95,7 +95,7 @@ class CycleRun:
     def moves(self) -> tuple[MoveRun, ...]:
         """The moves in order of execution."""
         columns = (
-            100.0 * self.speed_limits,
+            np.array([percent_of(float(limit)) for limit in self.speed_limits]),
             self.durations_s,
             self.prior_waits_s,
             self.post_waits_s,
@@ -149,10 +149,7 @@ def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]])
 
 def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     """What to know about a simulated cycle, a sentence each: torques beyond a limit, a cycle that does not close."""
-    found = []
-    if run.peak_torque_ratio > 1.0:
-        worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
-        found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
+    found = [*peak_warnings(run)]
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     start, *_, end = tree.configurations_rad()
@@ -161,12 +158,20 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     return tuple(found)
 
 
+def peak_warnings(run: CycleRun) -> tuple[str, ...]:
+    """What to say of a torque beyond its peak limit, if there is one."""
+    if run.peak_torque_ratio <= 1.0:
+        return ()
+    worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
+    return (torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"),)
+
+
 def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: OperationTree) -> CycleRun:
     """One tree, whose motions are some rows of column `k` of the runs."""
-    vertices = graph_of_tree(tree).vertices
+    vertices, moves = graph_of_tree(tree).vertices, {move.name: move for move in tree.moves()}
     idle_prior_w, idle_post_w = batch.idle_prior_w[rows], batch.idle_post_w[rows]
-    prior = np.array([vertex.least_prior_wait_s for vertex in vertices])
-    post = np.array([vertex.least_post_wait_s for vertex in vertices])
+    prior = np.array([v.least_prior_wait_s + moves[v.moves[0]].added_wait_before_s for v in vertices])
+    post = np.array([v.least_post_wait_s + moves[v.moves[-1]].added_wait_after_s for v in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
     vertex_energies = runs.energy_j[rows, k] + idle_prior_w * prior + idle_post_w * post
     cycle_time_s = float((prior + durations + post).sum())

@@ -2,7 +2,7 @@
 
 A vertex is a fine move, or a group of coarse moves with the fine move that ends it: between two stops the robot cannot
 wait. Wait operations, process steps and waits that stand at a move become least waits of the neighbouring vertex; a
-plan may only lengthen them.
+plan may only lengthen them. Waits that an earlier plan added (`added_wait_after_s`) are none of them.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,10 @@ from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
+from robojoule.planning.speed_choice import Outlook
 from robojoule.programs.operation_tree import OperationTree
 
+LEAST_GAIN = 5e-6  # share of the energy by which a plan must be better than the program as given to replace it
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
 
 
@@ -29,11 +31,15 @@ class Plan:
         robot: Name of the robot.
         payload_kg: What the robot carries. [kg]
         run: Simulation of the program.
-        least_cycle_time_s: Cycle time with all moves at full speed and required waits only. [s]
+        least_cycle_time_s: Cycle time with all moves at their highest speed limits and required waits only. [s]
         energy_given_j: Energy of the program as given. [J]
-        energy_unoptimized_j: Energy with all moves at full speed and a wait at the end until the cycle time. [J]
-        bound_j: Proven lower bound of the energy of every plan for this cycle time. [J]
+        energy_unoptimized_j: Energy with all moves but the fixed ones at full speed and a wait at the end until the
+            cycle time. [J]
+        bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step. [J]
         warnings: What to know before the plan is used, a sentence each.
+        reserve_s: Slack that the plan keeps as a wait at its end. [s]
+        profiles: Where its energy profiles come from: simulated, predicted or measured.
+        outlook: How sure it is; None where neither timing nor energies were learnt from the machine.
     """
 
     program: Program
@@ -45,6 +51,9 @@ class Plan:
     energy_unoptimized_j: float
     bound_j: float
     warnings: tuple[str, ...] = ()
+    reserve_s: float = 0.0
+    profiles: str = "simulated"
+    outlook: Outlook | None = None
 
     def __repr__(self) -> str:
         return (
@@ -99,8 +108,21 @@ class Plan:
         return self.run.moves
 
     def save(self, path: str | Path) -> None:
-        """Write the program with the plan in the format that the suffix names; see `Program.save`."""
-        self.program.save(path)
+        """Write the program with the plan in the format that the suffix names; see `Program.save`.
+
+        Comments of a YAML file say what the plan takes, and what to know about it.
+        """
+        self.program.save(path, self.remarks())
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the plan takes, and what to know about it, a line each."""
+        return (
+            f"plan for {self.robot} with {self.payload_kg:g} kg: cycle time {self.cycle_time_s:.3f} s, "
+            f"energy {self.energy_j:.1f} J",
+            f"largest mains power {self.peak_power_w:.0f} W, largest torque {100.0 * self.peak_torque_ratio:.1f} % of "
+            f"its peak limit, {100.0 * self.rms_torque_ratio:.1f} % of the continuous one (root mean square)",
+            *(f"warning: {warning}" for warning in self.warnings),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data, ready for JSON."""
@@ -121,6 +143,9 @@ class Plan:
                     "gap_to_optimum_percent",
                 )
             },
+            "reserve_s": self.reserve_s,
+            "profiles": self.profiles,
+            "outlook": None if self.outlook is None else asdict(self.outlook),
             "warnings": list(self.warnings),
         }
 
@@ -130,22 +155,32 @@ def _percent(difference_j: float, reference_j: float) -> float:
     return 100.0 * difference_j / reference_j if reference_j > 0.0 else 0.0
 
 
-def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule) -> CycleRun:
+def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule, wait_step_s: float = 0.0) -> CycleRun:
     """Simulate a tree with a plan in it, and refuse it if it does not hold the plan's cycle time.
 
     Args:
         batch: The one tree that was planned.
         written: The tree with the plan.
         schedule: The plan.
+        wait_step_s: Step of added waits, by which the cycle may be shorter. [s]
 
     Raises:
-        PlanningError: The simulated cycle is longer or shorter by more than rounding.
+        PlanningError: The simulated cycle is longer or shorter by more than rounding and the step.
     """
     run = simulate_trees(batch, [[written]])[0][0]
     late = run.cycle_time_s - schedule.cycle_time_s
-    if not abs(late) <= LATE_S:
+    if not -LATE_S - wait_step_s <= late <= LATE_S:
         raise PlanningError(f"the simulated cycle of '{written.name}' differs from the planned one by {late:.3g} s")
     return run
+
+
+def is_as_good(given: CycleRun, planned: CycleRun) -> bool:
+    """Whether a program as given keeps the planned cycle time with no more energy than the plan.
+
+    What plans may miss does not count: a plan that is planned again stays as it is.
+    """
+    on_time = abs(given.cycle_time_s - planned.cycle_time_s) <= LATE_S
+    return on_time and given.energy_j <= planned.energy_j * (1.0 + LEAST_GAIN)
 
 
 def waiting_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> float:

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.planning.batch import TreeBatch
+from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
+WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
+_SAME_STEP = 1e-5  # of a step: rounding
+_SAME_S = 1e-14  # what sums leave of a wait that has few digits
 ROUNDING_S = 1e-12  # below: what is left of sums and differences of times
 
 
@@ -23,11 +26,11 @@ def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]])
         plans: K plans for each tree.
 
     Returns:
-        Shape (M, K); within the batch's slowest speed limit and 1. [-]
+        Shape (M, K); within the batch's range. [-]
     """
     durations = stacked_durations(plans)
     columns = [batch.paths.speed_limits_for_durations(np.maximum(column, batch.d_min_s)) for column in durations.T]
-    return np.asarray(np.clip(np.stack(columns, axis=1), batch.slowest_speed_limit, 1.0))
+    return np.asarray(np.clip(np.stack(columns, axis=1), *(limit[:, None] for limit in batch.speed_range)))
 
 
 def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
@@ -36,7 +39,11 @@ def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
 
 
 def write_plans(
-    batch: TreeBatch, plans: Sequence[Sequence[Schedule]], speed_limits: Array | None = None
+    batch: TreeBatch,
+    plans: Sequence[Sequence[Schedule]],
+    speed_limits: Array | None = None,
+    *,
+    wait_step_s: float = 0.0,
 ) -> list[list[OperationTree]]:
     """Write K plans into each tree of a batch; see `write_plan`.
 
@@ -45,21 +52,29 @@ def write_plans(
         plans: K plans for each tree.
         speed_limits: Speed limits of the motions, shape (M, K); the lowest that keep the plans' durations if not
             given. [-]
+        wait_step_s: Step of added waits, see `write_plan`. [s]
     """
     limits = speed_limits_of_plans(batch, plans) if speed_limits is None else speed_limits
     durations = batch.paths.durations(limits)
     return [
-        [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k]) for k, plan in enumerate(row)]
+        [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k], wait_step_s) for k, plan in enumerate(row)]
         for tree, graph, rows, row in zip(batch.trees, batch.graphs, batch.rows, plans, strict=True)
     ]
 
 
 def write_plan(
-    tree: OperationTree, graph: OptimizationGraph, plan: Schedule, speed_limits: Array, durations_s: Array
+    tree: OperationTree,
+    graph: OptimizationGraph,
+    plan: Schedule,
+    speed_limits: Array,
+    durations_s: Array,
+    wait_step_s: float = 0.0,
 ) -> OperationTree:
-    """Write speed limits and waits into the tree so that the cycle takes exactly the plan's cycle time.
+    """Write speed limits and waits into the tree so that the cycle takes the plan's cycle time.
 
-    What a motion is faster than planned (rounding of the speed limit) becomes wait after it.
+    What a motion is faster than planned (rounding of the speed limit) becomes wait after it. Without a step of waits
+    the cycle takes exactly its time; with one, added waits are multiples of it, and the cycle is shorter by less than
+    one step.
 
     Args:
         tree: The tree that was planned.
@@ -67,6 +82,7 @@ def write_plan(
         plan: Plan for it.
         speed_limits: Speed limit of each vertex, shape (V,). [-]
         durations_s: Duration that the simulation gives at these speed limits, shape (V,). [s]
+        wait_step_s: Step of added waits; any length if 0. [s]
 
     Returns:
         The tree with the plan in it.
@@ -81,19 +97,35 @@ def write_plan(
         post[-1] += missing
     else:
         _shorten(prior, post, least_prior, least_post, -missing)
-    moves = {move.name: move for move in tree.moves()}
+    if wait_step_s > 0.0:
+        added = _in_steps(np.concatenate([prior - least_prior, post - least_post]), wait_step_s)
+        prior, post = (least + part for least, part in zip((least_prior, least_post), np.split(added, 2), strict=True))
     before, after = {}, {}
     for v, vertex in enumerate(graph.vertices):
-        first, last = moves[vertex.moves[0]], moves[vertex.moves[-1]]
-        # Wait operations and process steps stay as they are: the move's own wait is what goes beyond them.
-        before[first.name] = _wait(float(prior[v] - least_prior[v]) + first.wait_before_s)
-        after[last.name] = _wait(float(post[v] - least_post[v]) + last.wait_after_s)
-    limits = {vertex.moves[-1]: 100.0 * float(p) for vertex, p in zip(graph.vertices, speed_limits, strict=True)}
-    return tree.with_plan(limits, waits_before_s=before, waits_after_s=after)
+        # Waits and process steps of the program stay as they are: what goes beyond them is added, and marked so.
+        before[vertex.moves[0]] = _wait(float(prior[v] - least_prior[v]))
+        after[vertex.moves[-1]] = _wait(float(post[v] - least_post[v]))
+    given = {move.name: move.speed_limit_percent for move in tree.moves()}
+    limits = {
+        vertex.moves[-1]: percent_of(float(p), given[vertex.moves[-1]])
+        for vertex, p in zip(graph.vertices, speed_limits, strict=True)
+    }
+    return tree.with_plan(limits, added_waits_before_s=before, added_waits_after_s=after)
+
+
+def _in_steps(waits_s: Array, step_s: float) -> Array:
+    """Waits as multiples of a step; the longest one gets what the others lose, as far as that makes whole steps. [s]"""
+    steps = np.floor(waits_s / step_s + _SAME_STEP)
+    left = np.floor((waits_s.sum() / step_s) - steps.sum() + _SAME_STEP)
+    steps[int(np.argmax(waits_s))] += max(left, 0.0)
+    return np.asarray(steps * step_s)
 
 
 def _wait(seconds: float) -> float:
-    """A wait as it is written: what only rounding left of it is none."""
+    """A wait as it is written: what only rounding left of it is none, and few digits stand for those near them."""
+    plain = round(seconds, 9)
+    if abs(seconds - plain) <= _SAME_S:
+        return plain
     return seconds if seconds > ROUNDING_S else 0.0
 
 

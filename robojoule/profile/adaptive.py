@@ -32,21 +32,31 @@ class AdaptiveProfiles:
 
     Args:
         paths: The motions.
-        slowest_speed_limit: Speed limit of the slowest run, a fraction in (0, 1].
+        slowest_speed_limit: Speed limit of the slowest run, one for all motions or shape (M,), fractions in (0, 1].
         first_runs: Number of runs at equidistant speed limits to begin with; a few where the curve bends if not given.
+        highest_speed_limit: Speed limit of the fastest run, likewise.
 
     Attributes:
         profiles: Runs of each motion so far.
         runs: Number of simulated runs of each motion so far, shape (M,).
     """
 
-    def __init__(self, paths: MotionPaths, slowest_speed_limit: float, first_runs: int | None = None) -> None:
+    def __init__(
+        self,
+        paths: MotionPaths,
+        slowest_speed_limit: ArrayLike,
+        first_runs: int | None = None,
+        highest_speed_limit: ArrayLike = 1.0,
+    ) -> None:
         self.paths = paths
-        self.slowest_speed_limit = slowest_speed_limit
+        slowest, highest = (
+            np.broadcast_to(np.asarray(limit, dtype=float), paths.motions)[:, np.newaxis]
+            for limit in (slowest_speed_limit, highest_speed_limit)
+        )
         shares = _FIRST_SHARES if first_runs is None else np.linspace(0.0, 1.0, first_runs)
-        top = np.maximum(paths.fastest_speed_limits(), slowest_speed_limit)[:, np.newaxis]
-        limits = np.clip(top + shares * (slowest_speed_limit - top), slowest_speed_limit, 1.0)
-        limits[:, -1] = slowest_speed_limit
+        top = np.clip(paths.fastest_speed_limits()[:, np.newaxis], slowest, highest)
+        limits = np.clip(top + shares * (slowest - top), slowest, 1.0)
+        limits[:, -1] = slowest[:, 0]
         limits[~paths.moving] = 1.0
         runs = paths.simulate(limits)
         self.profiles = sampled_profiles(runs.duration_s, runs.energy_j, limits, LEAST_SPACING_S)

@@ -19,15 +19,24 @@ from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
 from robojoule.inputs import LONGEST_S, real
+from robojoule.robots.pendant_file import Angles
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
+PLANNED = {  # what plans change in moves, with its defaults
+    "speed_limit_percent": 100.0,
+    "wait_before_s": 0.0,
+    "wait_after_s": 0.0,
+    "added_wait_before_s": 0.0,
+    "added_wait_after_s": 0.0,
+}
 LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
 MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
 
 # Strict: text and booleans are not numbers in these files; integers are.
 Number = Annotated[float, Strict()]
 Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
+SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
 Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
 
 
@@ -121,16 +130,45 @@ class MoveOperation(Document):
     name: Name = Field(description="Name, unique in the tree.")
     target_rad: Configuration = Field(description="Joint configuration to reach, one value per joint. [rad]")
     zone: Zone = Field(default="fine", description="fine: stop at the target; radius_m: pass it within this distance.")
-    speed_limit_percent: Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)] = Field(
-        default=100.0, description="Share of the joint velocity limits that may be used. [%]"
+    speed_limit_percent: SpeedLimit = Field(
+        default=100.0, description="Share of the joint velocity limits that may be used; plans keep below it. [%]"
     )
+    least_speed_percent: SpeedLimit | None = Field(
+        default=None, description="Lowest speed limit that a plan may set; none: as low as plans go. [%]"
+    )
+    fixed: Annotated[bool, Strict()] = Field(default=False, description="Whether plans keep the speed limit as it is.")
     wait_before_s: Duration = Field(default=0.0, description="Wait at the start of the move. [s]")
     wait_after_s: Duration = Field(default=0.0, description="Wait at the target. [s]")
+    added_wait_before_s: Duration = Field(
+        default=0.0, description="Further wait at the start, added by a plan; the next plan may take it away. [s]"
+    )
+    added_wait_after_s: Duration = Field(
+        default=0.0, description="Further wait at the target, added by a plan; the next plan may take it away. [s]"
+    )
 
     @model_validator(mode="before")
     @classmethod
     def _degrees(cls, data: Any) -> Any:
         return _from_degrees(data, "target")
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> MoveOperation:
+        least = self.least_speed_percent
+        if least is not None and least > self.speed_limit_percent:
+            raise ValueError(
+                f"least_speed_percent is {least:g}, more than the speed limit of {self.speed_limit_percent:g} %"
+            )
+        return self
+
+    @property
+    def all_before_s(self) -> float:
+        """Wait at the start of the move, with what a plan added. [s]"""
+        return self.wait_before_s + self.added_wait_before_s
+
+    @property
+    def all_after_s(self) -> float:
+        """Wait at the target, with what a plan added. [s]"""
+        return self.wait_after_s + self.added_wait_after_s
 
     @property
     def is_fine(self) -> bool:
@@ -188,6 +226,9 @@ class OperationTree(Document):
     version: Literal[1] = Field(description="Version of the file format.")
     name: Name = Field(description="Name of the tree.")
     robot: Name | None = Field(default=None, description="Catalog name of the robot it is written for; none: any.")
+    angles: Angles = Field(
+        default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
+    )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
 
@@ -221,7 +262,7 @@ class OperationTree(Document):
             if not isinstance(following, MoveOperation):
                 text = f"{problem}, so a fine move must come before {following.type} '{following.name}'"
                 raise _inconsistent(f"{key}.zone", text)
-            if step.wait_after_s or following.wait_before_s:
+            if step.all_after_s or following.all_before_s:
                 raise _inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
 
     def walk(self) -> Iterator[tuple[str, Operation]]:
@@ -251,12 +292,34 @@ class OperationTree(Document):
         """
         return np.array([self.start_rad, *(move.target_rad for move in self.moves())])
 
+    def with_angles(self, angles: Angles, configurations_rad: ArrayLike) -> OperationTree:
+        """The tree with other numbers for the same configurations.
+
+        Args:
+            angles: How they count.
+            configurations_rad: Start and targets, shape (moves + 1, n). [rad]
+        """
+        start, *targets = np.asarray(configurations_rad, dtype=float).tolist()
+        pending = iter(targets)
+
+        def rewrite(operation: Operation) -> Operation:
+            if isinstance(operation, CompoundOperation):
+                return operation.model_copy(update={"operations": tuple(map(rewrite, operation.operations))})
+            if isinstance(operation, MoveOperation):
+                return operation.model_copy(update={"target_rad": tuple(next(pending))})
+            return operation
+
+        changes = {"angles": angles, "start_rad": tuple(start), "operations": tuple(map(rewrite, self.operations))}
+        return self.model_copy(update=changes)
+
     def with_plan(
         self,
         speed_limits_percent: Mapping[str, float],
         *,
         waits_before_s: Mapping[str, float] | None = None,
         waits_after_s: Mapping[str, float] | None = None,
+        added_waits_before_s: Mapping[str, float] | None = None,
+        added_waits_after_s: Mapping[str, float] | None = None,
     ) -> OperationTree:
         """Write a plan back: a new tree with other speed limits and waits of its moves.
 
@@ -264,6 +327,8 @@ class OperationTree(Document):
             speed_limits_percent: Speed limit per name of a move; moves not named keep theirs. [%]
             waits_before_s: Wait before the move, per name of a move. [s]
             waits_after_s: Wait after the move, per name of a move. [s]
+            added_waits_before_s: Further wait before the move that the next plan may take away. [s]
+            added_waits_after_s: Further wait after the move that the next plan may take away. [s]
 
         Returns:
             The new tree; nothing else differs.
@@ -271,22 +336,30 @@ class OperationTree(Document):
         Raises:
             InputError: A name is not that of a move of this tree, or a value is out of range.
         """
-        changes: dict[str, dict[str, float]] = {}
-        for field, values in (
-            ("speed_limit_percent", speed_limits_percent),
-            ("wait_before_s", waits_before_s or {}),
-            ("wait_after_s", waits_after_s or {}),
-        ):
-            for name, value in values.items():
-                changes.setdefault(name, {})[field] = float(value)
-        unknown = sorted(changes.keys() - {move.name for move in self.moves()})
+        settings: dict[str, dict[str, float]] = {}
+        given = (speed_limits_percent, waits_before_s, waits_after_s, added_waits_before_s, added_waits_after_s)
+        for field, values in zip(PLANNED, given, strict=True):
+            for name, value in (values or {}).items():
+                settings.setdefault(name, {})[field] = float(value)
+        return self.with_settings(settings)
+
+    def with_settings(self, settings: Mapping[str, Mapping[str, Any]]) -> OperationTree:
+        """A new tree with other values of some keys of its moves.
+
+        Args:
+            settings: New values by their keys, per name of a move.
+
+        Raises:
+            InputError: A name is not that of a move of this tree, or a value is out of range.
+        """
+        unknown = sorted(settings.keys() - {move.name for move in self.moves()})
         if unknown:
             raise InputError(f"the tree '{self.name}' has no move '{unknown[0]}'")
 
         def rewrite(operation: dict[str, Any]) -> dict[str, Any]:
             if operation["type"] == "compound":
                 return {**operation, "operations": [rewrite(child) for child in operation["operations"]]}
-            return {**operation, **changes.get(operation["name"], {})} if operation["type"] == "move" else operation
+            return {**operation, **settings.get(operation["name"], {})} if operation["type"] == "move" else operation
 
         data = self.model_dump()
         try:
@@ -296,7 +369,18 @@ class OperationTree(Document):
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
             key = ".".join(str(part) for part in details["loc"])
-            raise InputError(f"the plan does not fit the tree '{self.name}': {details['msg']}", key=key) from None
+            said = details["msg"].removeprefix("Value error, ")
+            raise InputError(f"the plan does not fit the tree '{self.name}': {said}", key=key) from None
+
+    def without_plan(self, *, full_speed: bool = False) -> OperationTree:
+        """The tree without the waits that a plan added.
+
+        Args:
+            full_speed: Whether moves that are not fixed get all of their speed, too.
+        """
+        none = {move.name: 0.0 for move in self.moves()}
+        limits = {move.name: 100.0 for move in self.moves() if full_speed and not move.fixed}
+        return self.with_plan(limits, added_waits_before_s=none, added_waits_after_s=none)
 
 
 CompoundOperation.model_rebuild()

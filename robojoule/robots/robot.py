@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,10 +14,14 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, as_array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import counted, real, shown
+from robojoule.robots.controller_file import ControllerTiming
 from robojoule.robots.drives import DriveParameters
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
+
+if TYPE_CHECKING:
+    from robojoule.robots.plausibility import Doubt
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
 FARTHEST_M = 10.0  # of a payload's centre of mass from the flange: beyond it the unit is wrong
@@ -95,7 +100,8 @@ class Robot:
         effort_nm: Continuous effort limits, shape (n,). [Nm]
         peak_effort_nm: Peak effort limits, the continuous ones where none are given, shape (n,). [Nm]
         home_rad: Configuration at home, shape (n,). [rad]
-        drives: Drives and controller.
+        drives: Drives, and the controller as it follows from them.
+        controller: Its timing where that was learnt on the machine; None: by its drives.
         mechanism: Bodies and joints, with the payload.
     """
 
@@ -113,6 +119,7 @@ class Robot:
     peak_effort_nm: Array
     home_rad: Array
     drives: DriveParameters
+    controller: ControllerTiming | None
     mechanism: Mechanism
 
     def __init__(self, file: RobotFile, payload: Payload | None = None, source: str | None = None) -> None:
@@ -155,11 +162,19 @@ class Robot:
             peak_effort_nm=frozen([own or published for own, published in zip(peaks, effort, strict=True)]),
             home_rad=frozen(file.home_rad),
             drives=_drives(file, names),
+            controller=file.controller.timing(names) if file.controller is not None else None,
             mechanism=mechanism.with_load(carried.body) if carried.mass_kg > 0 else mechanism,
         )
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.joint_count} joints, payload {self.payload.mass_kg:g} kg)"
+
+    @cached_property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What is implausible about it; see `robojoule.robots.plausibility`."""
+        from robojoule.robots.plausibility import doubts_about  # late: it needs robots
+
+        return doubts_about(self)
 
     @property
     def model(self) -> Any:
@@ -172,12 +187,22 @@ class Robot:
         drives: DriveParameters | None = None,
         mechanism: Mechanism | None = None,
         peak_effort_nm: Array | None = None,
+        controller: ControllerTiming | None = None,
     ) -> Robot:
-        """The robot with other drives, another mechanism or other peak torques, everything else shared."""
+        """The robot with other drives, another mechanism, peak torques or timing, everything else shared."""
         variant = copy.copy(self)
-        changes = {"drives": drives, "mechanism": mechanism, "peak_effort_nm": peak_effort_nm}
+        changes = {
+            "drives": drives,
+            "mechanism": mechanism,
+            "peak_effort_nm": peak_effort_nm,
+            "controller": controller,
+        }
         vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
+
+    def takes_programs_of(self, name: str | None) -> bool:
+        """Whether programs for a robot of a name are for this one: its own, or the one it was learnt from."""
+        return name is None or name in (self.name, self.file.derived_from)
 
     def check_configuration(self, q: ArrayLike, where: str = "configuration") -> Array:
         """Check a joint configuration.

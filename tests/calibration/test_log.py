@@ -138,7 +138,7 @@ def test_radians_as_degrees_are_noticed(tmp_path, robot):
 def test_unreadable_files(tmp_path, robot):
     with pytest.raises(InputError, match="there is no such file"):
         read_log(tmp_path / "none.csv", robot)
-    with pytest.raises(InputError, match=r"unknown file type '.xls'; allowed: .csv, .parquet"):
+    with pytest.raises(InputError, match=r"unknown file type '.xls'; allowed: .csv, .tsv, .txt, .csv.gz"):
         read_log(tmp_path / "log.xls", robot)
     whole = save(tmp_path, columns(), ".parquet").read_bytes()
     (tmp_path / "cut.parquet").write_bytes(whole[: len(whole) // 2])

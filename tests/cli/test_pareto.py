@@ -39,7 +39,8 @@ def test_the_optimum_for_a_cycle_time_lies_on_the_curve(program, capsys):
     assert curve["points"][-1]["cycle_time_s"] == curve["waiting_cycle_time_s"]
     assert curve["points"][-1]["marginal_power_w"] == curve["waiting_power_w"]
     for relative in ("+5%", "+40%"):
-        assert main(["optimize", str(program), *ROBOT, "--cycle-time", relative, "--json"]) == 0
+        words = ["--cycle-time", relative, "--speed-step", "0.01", "--json"]
+        assert main(["optimize", str(program), *ROBOT, *words]) == 0
         plan = json.loads(capsys.readouterr().out)
         on_curve = np.interp(
             plan["cycle_time_s"],

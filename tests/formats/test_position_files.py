@@ -15,7 +15,10 @@ name,q1_deg,q2_deg,speed_limit_percent,wait_before_s,wait_after_s
 pick,45,-60.5,50,0.25,
 "place, left", 0 ,-9e1,,,1.5
 """
-COLUMNS = "allowed: q1_deg .. or q1_rad .., name, speed_limit_percent, wait_before_s, wait_after_s, robot"
+COLUMNS = (
+    "allowed: q1_deg .. or q1_rad .., name, robot, angles, speed_limit_percent, least_speed_percent, fixed, "
+    "[added_]wait_before_s, [added_]wait_after_s"
+)
 
 
 def read(tmp_path, text, name="cycle.csv"):

@@ -1,0 +1,1 @@
+"""Plans on controllers that nobody has described: what trials on hidden machines bring."""

@@ -1,0 +1,196 @@
+"""Plans on measured runs of a program's own moves (`robojoule.planning.speed_choice`), told as any plan is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robojoule.arrays import Index, Mask
+from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.inputs import counted
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.schedule import Schedule
+from robojoule.planning.speed_choice import (
+    Outlook,
+    choose_speeds,
+    controller_limits,
+    late_probability,
+    saving_interval,
+    second_trial_limit,
+)
+from robojoule.planning.writeback import WAIT_STEP_S, write_plan
+from robojoule.profile.measured import MeasuredProfiles, measured_profiles
+from robojoule.programs.operation_tree import OperationTree
+
+SAME_TIME_S = 1e-3  # of waits: below, nothing is left to be used
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPlan:
+    """A plan on measured runs, before it is told to people.
+
+    Attributes:
+        written: The tree with the plan.
+        run: One cycle of it, by the profiles.
+        given: One cycle of the program as given, by the profiles.
+        fastest: One cycle at full speed, by the profiles.
+        least_cycle_s: Least cycle time by the profiles. [s]
+        reserve_s: Slack that is kept at the end. [s]
+        idle_end_w: Idle power where the cycle ends. [W]
+        outlook: How sure the plan is.
+        warnings: What to know of the runs, a sentence each.
+    """
+
+    written: OperationTree
+    run: CycleRun
+    given: CycleRun
+    fastest: CycleRun
+    least_cycle_s: float
+    reserve_s: float
+    idle_end_w: float
+    outlook: Outlook
+    warnings: tuple[str, ...]
+
+
+def plan_on_measurements(
+    batch: TreeBatch,
+    runs: MeasuredRuns,
+    cycle_time: Callable[[float, float], float],
+    *,
+    reserve: Callable[[float], float] = lambda cycle_time_s: 0.0,
+    cautious: bool = False,
+    speed_step: float = 0.01,
+    every_move: bool = True,
+) -> MeasuredPlan:
+    """Plan the one tree of a batch on measured runs of its moves.
+
+    Args:
+        batch: The tree, on the nominal robot.
+        runs: Measured runs of its moves.
+        cycle_time: Cycle time asked for, from that of the program as given and the least one. [s]
+        reserve: Slack that is kept at the end of the cycle, from the cycle time. [s]
+        cautious: Whether to plan by the upper quantile of energy differences.
+        speed_step: Step of the speed limits that the controller takes. [-]
+        every_move: Whether runs of every move at two speed limits or more are demanded.
+
+    Raises:
+        InputError: Runs are missing: names the move, or the speed limit at which to run the program once more.
+        CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
+    """
+    tree, graph = batch.trees[0], batch.graphs[0]
+    as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
+    known = min(float(runs.speed_limits.min()), float(as_written.speed_limits.min()))
+    limits = controller_limits(speed_step, max(batch.slowest_speed_limit, known))
+    others = np.concatenate([runs.speed_limits, as_written.speed_limits, batch.speed_range[1]])
+    profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, others)))
+    taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])
+    given, fastest = (believed(run, profiles) for run in (as_written, at_full))
+    waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
+    allowed = profiles.allowed & taken & _within(batch, profiles)
+    least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
+    wanted_s = cycle_time(given.cycle_time_s, least_s)
+    if np.unique(runs.speed_limits).size == 1:
+        second = 100.0 * second_trial_limit(batch, runs, wanted_s, limits)
+        raise InputError(
+            "all runs have one speed limit, which says nothing of slower ones",
+            file=runs.source,
+            allowed=f"runs with all moves at {second:g} % as well",
+        )
+    if every_move:
+        _check_every_move(batch, runs)
+    reserve_s = reserve(wanted_s)
+    places = choose_speeds(profiles, wanted_s - float(waits.sum()) - reserve_s, cautious=cautious, allowed=allowed)
+    if places is None:
+        raise CycleTimeTooShort(wanted_s, least_s + reserve_s)
+    rows = np.arange(len(places))
+    durations = profiles.duration_s[rows, places]
+    slack_s = wanted_s - float(waits.sum()) - reserve_s - float(durations.sum())
+    waits[np.unravel_index(int(profiles.idle_w.argmin()), waits.shape)] += slack_s
+    waits[-1, 1] += reserve_s
+    ends = np.cumsum(waits.sum(axis=1) + durations)
+    schedule = Schedule(
+        status="optimal",
+        cycle_time_s=wanted_s,
+        durations_s=durations,
+        prior_waits_s=waits[:, 0],
+        post_waits_s=waits[:, 1],
+        collision_waits_s=np.zeros(len(rows)),
+        starts_s=ends - waits[:, 1] - durations,
+    )
+    written = write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, WAIT_STEP_S)
+    run = believed(simulate_trees(learnt_batch(batch, profiles), [[written]])[0][0], profiles)
+    others_j = given.energy_j - float(given.vertex_energies_j.sum())
+    given_waits = np.stack([given.prior_waits_s, given.post_waits_s], axis=1)
+    given_waits[-1, 1] += max(run.cycle_time_s - given.cycle_time_s, 0.0)
+    at = np.argmin(np.abs(profiles.speed_limits - given.speed_limits[:, None]), axis=1)
+    _, low, high = saving_interval(profiles, places, at, (waits, given_waits), others_j)
+    deviation = profiles.cycle_deviation_s(places)
+    measured_energies = bool(np.isfinite(runs.energy_j).any())
+    outlook = Outlook(
+        rule=profiles.rule,
+        cycle_deviation_s=deviation,
+        late_probability=late_probability(slack_s + reserve_s, deviation),
+        saving_low_percent=low if measured_energies else None,
+        saving_high_percent=high if measured_energies else None,
+    )
+    warnings = _warnings(profiles, places, slack_s, allowed)
+    return MeasuredPlan(
+        written, run, given, fastest, least_s, reserve_s, float(profiles.idle_w[-1, 1]), outlook, warnings
+    )
+
+
+def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
+    """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
+    lowest = allowed.argmax(axis=1)
+    stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
+    if slack_s <= SAME_TIME_S or stuck == 0:
+        return ()
+    moves = counted(stuck, "move") if stuck > 1 else "a move"
+    return (f"{moves} at the lowest speed limit that was measured: slower runs may save more",)
+
+
+def believed(run: CycleRun, profiles: MeasuredProfiles) -> CycleRun:
+    """A simulated cycle with durations, energies and idle powers of measured profiles instead of its own."""
+    durations, energies = profiles.at(run.speed_limits)
+    steps_j = run.energy_j - float(run.vertex_energies_j.sum())
+    vertex_j = energies + profiles.idle_w[:, 0] * run.prior_waits_s + profiles.idle_w[:, 1] * run.post_waits_s
+    return replace(
+        run,
+        durations_s=durations,
+        vertex_energies_j=vertex_j,
+        energy_j=float(vertex_j.sum()) + steps_j,
+        cycle_time_s=float((run.prior_waits_s + durations + run.post_waits_s).sum()),
+    )
+
+
+def learnt_batch(batch: TreeBatch, profiles: MeasuredProfiles) -> TreeBatch:
+    """The same trees by the controller that the runs have shown."""
+    robot = batch.robot.variant(controller=profiles.controller)
+    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+
+
+def _within(batch: TreeBatch, profiles: MeasuredProfiles) -> Mask:
+    """Speed limits that a batch allows, shape (M, S)."""
+    lowest, highest = (limit[:, None] for limit in batch.speed_range)
+    limits = profiles.speed_limits
+    return np.asarray((limits >= lowest - 1e-9) & (limits <= highest + 1e-9), dtype=np.bool_)
+
+
+def _check_every_move(batch: TreeBatch, runs: MeasuredRuns) -> None:
+    """Refuse runs that leave out a move or know one at a single speed limit."""
+    moves = np.flatnonzero(batch.paths.moving)
+    names = [vertex.name for vertex in batch.graphs[0].vertices]
+    for move in moves.tolist():
+        speeds = np.unique(runs.speed_limits[runs.motion == move]).size
+        if speeds < 2:
+            found = "has no run" if speeds == 0 else "was measured at one speed limit only"
+            raise InputError(
+                f"move '{names[move]}' {found}",
+                file=runs.source,
+                key="move",
+                allowed="runs of every move at two speed limits or more, or profiles 'predicted'",
+            )

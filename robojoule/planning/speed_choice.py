@@ -1,0 +1,162 @@
+"""Speed limits on measured profiles, as the controller takes them and chosen together, and how sure a choice is.
+
+Every motion takes one of the speed limits at which its profile is known (`robojoule.profile.measured`), so that nothing
+is rounded afterwards: of all choices whose durations fit into a budget of time, the one of the least energy, what is
+left of the time being waited where waiting is cheapest.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from robojoule.arrays import Array, Index, Mask, frozen
+from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.timing import checked_durations, fit_all
+from robojoule.calibration.timing_fit import best_rules
+from robojoule.calibration.timing_rules import Candidate
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.choice import least_cost_choice
+from robojoule.profile.measured import MeasuredProfiles
+from robojoule.profile.predicted import NORMAL_QUANTILE
+
+TOLERANCE = 3e-5  # of the energy at full speed: by how much a better choice of speed limits may be missed
+SECOND_TRIAL = 1.4  # cycle time of the second trial over the one asked for: room to slow single moves down
+FASTEST_SECOND_TRIAL = 0.8
+DISCREPANCY = 0.5  # points of a saving that no figure of the model explains
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """How sure a plan is.
+
+    Attributes:
+        rule: How the controller makes its time laws.
+        cycle_deviation_s: Standard deviation of the cycle time; None where no timing was learnt. [s]
+        late_probability: Probability that the cycle takes longer than asked for, reserve included; None likewise. [-]
+        saving_low_percent: Lower end of the interval that holds the saving with 90 %; None where energies were not
+            measured or predicted. [%]
+        saving_high_percent: Its upper end. [%]
+    """
+
+    rule: str
+    cycle_deviation_s: float | None
+    late_probability: float | None
+    saving_low_percent: float | None = None
+    saving_high_percent: float | None = None
+
+
+def late_probability(margin_s: float, deviation_s: float) -> float:
+    """Probability that a normal deviation exceeds a margin. [-]"""
+    if deviation_s <= 0.0:
+        return float(margin_s < 0.0)
+    return 0.5 * math.erfc(margin_s / (deviation_s * math.sqrt(2.0)))
+
+
+def controller_limits(step: float, slowest: float) -> Array:
+    """Speed limits that a controller takes: multiples of a step, and full speed, shape (S,). [-]"""
+    count = math.floor(1.0 / step + 1e-9)
+    limits = step * np.arange(1, count + 1)
+    return frozen(np.unique(np.round(np.append(limits[limits >= slowest - 1e-9], 1.0), 12)))
+
+
+def choose_speeds(
+    profiles: MeasuredProfiles, budget_s: float, *, cautious: bool = False, allowed: Mask | None = None
+) -> Index | None:
+    """Speed limits of the least energy within a budget of time.
+
+    Args:
+        profiles: Profiles of the motions.
+        budget_s: What the motions may take together. [s]
+        cautious: Whether to go by the upper quantile of energy differences instead of the profiles themselves.
+        allowed: Speed limits that may be chosen, shape (M, S); all that the profiles allow if not given.
+
+    Returns:
+        Of each motion, its place in the profiles' speed limits, shape (M,); None where the fastest ones do not fit.
+    """
+    energies = cautious_energies(profiles) if cautious else profiles.energy_j
+    costs = energies - profiles.idle_w.min() * profiles.duration_s
+    where = [np.flatnonzero(row) for row in (profiles.allowed if allowed is None else allowed)]
+    tolerance = TOLERANCE * float(np.abs(energies[:, -1]).sum())
+    choice = least_cost_choice(
+        [row[at] for row, at in zip(profiles.duration_s, where, strict=True)],
+        [row[at] for row, at in zip(costs, where, strict=True)],
+        budget_s,
+        tolerance_j=tolerance,
+    )
+    if choice is None:
+        return None
+    return np.array([at[option] for at, option in zip(where, choice.options, strict=True)])
+
+
+def cautious_energies(profiles: MeasuredProfiles) -> Array:
+    """Energy at full speed plus the upper quantile of the difference to it, shape (M, S). [J]"""
+    along = profiles.energy_gradient_j - profiles.energy_gradient_j[:, -1:]
+    shared = np.einsum("msp,pq,msq->ms", along, profiles.energy_covariance, along, optimize=True)
+    single = profiles.energy_deviation_j**2 + profiles.energy_deviation_j[:, -1:] ** 2
+    single[:, -1] = 0.0
+    return np.asarray(profiles.energy_j + NORMAL_QUANTILE * np.sqrt(np.maximum(shared, 0.0) + single))
+
+
+def saving_interval(
+    profiles: MeasuredProfiles, places: Index, given: Array, waits_s: tuple[Array, Array], others_j: float
+) -> tuple[float, float, float]:
+    """Saving of a plan against the program as given, and the ends of the interval that holds it with 90 %. [%]
+
+    Args:
+        profiles: Profiles of the motions.
+        places: Speed limits of the plan, shape (M,).
+        given: Those of the program as given, shape (M,).
+        waits_s: Waits of the plan and of the program as given at starts and ends of motions, each (M, 2). [s]
+        others_j: Energy of process steps. [J]
+    """
+    rows = np.arange(len(places))
+    energies, gradients, singles = [], [], []
+    for at, waits in ((places, waits_s[0]), (given, waits_s[1])):
+        energies.append(float(profiles.energy_j[rows, at].sum() + (profiles.idle_w * waits).sum() + others_j))
+        along = profiles.energy_gradient_j[rows, at].sum(axis=0)
+        gradients.append(along + np.einsum("me,mep->p", waits, profiles.idle_gradient_w))
+        singles.append(profiles.energy_deviation_j[rows, at])
+    plan_j, given_j = energies
+    ratio = plan_j / given_j
+    along = (gradients[0] - ratio * gradients[1]) / given_j
+    single = np.where(places == given, (1.0 - ratio) * singles[0], np.hypot(singles[0], ratio * singles[1])) / given_j
+    deviation = 100.0 * math.sqrt(
+        max(float(along @ profiles.energy_covariance @ along), 0.0) + float((single**2).sum())
+    )
+    margin = NORMAL_QUANTILE * math.hypot(deviation, DISCREPANCY)
+    saving = 100.0 * (1.0 - ratio)
+    return saving, saving - margin, saving + margin
+
+
+def second_trial_limit(batch: TreeBatch, runs: MeasuredRuns, cycle_time_s: float, limits: Array) -> float:
+    """Speed limit of all moves for a second trial, after one at full speed: room to slow single moves down. [-]
+
+    Args:
+        batch: The one tree.
+        runs: Runs at one speed limit.
+        cycle_time_s: Cycle time that the plan shall have. [s]
+        limits: Speed limits that the controller takes, rising, shape (S,). [-]
+    """
+    durations = checked_durations(batch.paths, runs)
+    fits = fit_all(batch.paths, durations, one_speed=True)
+    fit = fits[int(best_rules(fits)[0])]
+    totals = modelled_durations(fit.candidate, fit.x[:1], len(batch.paths.moving), limits)[0].sum(axis=0)
+    waits = sum(vertex.least_prior_wait_s + vertex.least_post_wait_s for vertex in batch.graphs[0].vertices)
+    return float(limits[trial_place(totals, SECOND_TRIAL * (cycle_time_s - waits), limits)])
+
+
+def modelled_durations(candidate: Candidate, x: Array, motions: int, limits: Array) -> Array:
+    """Durations by a rule of every motion at every speed limit, shape (B, M, S). [s]"""
+    every = np.repeat(np.arange(motions), limits.size)
+    table, _ = candidate.evaluate(x, every, np.tile(np.tile(limits, motions), (len(x), 1)))
+    return table.reshape(len(x), motions, limits.size)
+
+
+def trial_place(totals_s: Array, budget_s: float, limits: Array) -> int:
+    """Place of the lowest speed limit at which all motions together take no more than a budget."""
+    fits = np.flatnonzero(totals_s <= budget_s)
+    fastest = int(np.searchsorted(limits, FASTEST_SECOND_TRIAL + 1e-9)) - 1
+    return min(int(fits[0]) if fits.size else fastest, max(fastest, 0))
