@@ -245,10 +245,10 @@ class Measurement:
 
 
 def last_pass(runs: MeasuredRuns, moving: Mask) -> Index | None:
-    """Rows of the last pass through all moves that move, shape (M',); None if the last rows are none."""
+    """Rows of the last pass through all moves that move, in their order, shape (M',); None if the last are none."""
     count = int(moving.sum())
     rows = np.arange(runs.motion.size - count, runs.motion.size)
-    if count == 0 or rows[0] < 0 or not np.array_equal(np.sort(runs.motion[rows]), np.flatnonzero(moving)):
+    if count == 0 or rows[0] < 0 or not np.array_equal(runs.motion[rows], np.flatnonzero(moving)):
         return None
     return rows
 
