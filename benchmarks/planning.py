@@ -25,7 +25,7 @@ from robojoule.robots.robot import Payload
 
 MOTIONS, LARGE = 10, 500
 RUNS = 19
-RELAXATION = 1.2
+CYCLE_TIME_SHARE = 1.2
 CYCLE_TIMES = 100
 REBUILT = 10  # cycle times of the sweep that are also solved with models of their own
 
@@ -65,11 +65,11 @@ def measure() -> dict[str, float]:
 
     seconds = interleaved(
         5,
-        once=lambda: solve(np.array([RELAXATION * least])),
+        once=lambda: solve(np.array([CYCLE_TIME_SHARE * least])),
         sweep=lambda: solve(sweep),
         rebuilt=rebuilt,
     )
-    cycle_times = RELAXATION * large.least_cycles_s[:, None]
+    cycle_times = CYCLE_TIME_SHARE * large.least_cycles_s[:, None]
 
     def profiles() -> AdaptiveProfiles:
         return AdaptiveProfiles(large.paths, large.slowest_speed_limit)

@@ -139,11 +139,6 @@ def markdown(results: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def measured_part(page: str) -> str:
-    """What is between the marks of the page."""
-    return page.split(BEGIN)[1].split(END)[0]
-
-
 def update() -> None:
     """Write the table into the page."""
     before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)

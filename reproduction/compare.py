@@ -127,7 +127,7 @@ def _json_places(text: str) -> Iterator[tuple[str, str, str]]:
     return walk("", "", json.loads(text))
 
 
-def compare(root: Path, commit: str = "HEAD") -> tuple[list[str], bool]:
+def compare_results(root: Path, commit: str = "HEAD") -> tuple[list[str], bool]:
     """What differs between the results in a folder and those of a commit.
 
     Args:
@@ -195,7 +195,7 @@ def main() -> None:
     parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.lock (default: .)")
     arguments = parser.parse_args()
     try:
-        lines, beyond = compare(arguments.root, arguments.commit)
+        lines, beyond = compare_results(arguments.root, arguments.commit)
     except InputError as error:
         print(f"compare: {error}", file=sys.stderr)
         raise SystemExit(2) from None

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robojoule.errors import InputError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -38,3 +44,13 @@ def frozen(values: ArrayLike) -> Array:
     array = np.array(values, dtype=float)
     array.setflags(write=False)
     return array
+
+
+def freeze(instance: DataclassInstance) -> None:
+    """Put copies that cannot be written to in place of the arrays of a frozen dataclass."""
+    for field in fields(instance):
+        value = getattr(instance, field.name)
+        if isinstance(value, np.ndarray):
+            copied = value.copy()
+            copied.setflags(write=False)
+            object.__setattr__(instance, field.name, copied)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pyarrow.parquet as pq
 
 from reproduction import features
-from reproduction.claims import write_claims
+from reproduction.claims import Claim, write_claims
 from reproduction.config import Params, load_params
-from reproduction.features.claims import feature_claims
 from reproduction.layout import Layout
 from robojoule.documents import atomic_path
 from stages.cli import run, say
@@ -26,7 +25,7 @@ def build_features(params: Params, layout: Layout) -> None:
     for table in ("correlations", "retrace"):
         with atomic_path(layout.tables_dir / f"{table}.csv") as path:
             connection.table(table).write_csv(str(path))
-    write_claims(layout.feature_claims, feature_claims(connection))
+    write_claims(layout.feature_claims, [Claim(*row) for row in connection.table("claims_features").fetchall()])
 
 
 if __name__ == "__main__":

@@ -157,7 +157,7 @@ BAD = {
     "words": (lambda r: rj.energy_profile(r, "home", HOME, degrees=True), "start: joint positions must be numbers"),
     "not a number": (lambda r: rj.energy_profile(r, HOME, HOME * np.nan), "end: joint_1 is not a finite number"),
     "no motion": (lambda r: rj.energy_profile(r, HOME, HOME), "start and end are the same: there is no motion"),
-    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a number of points"),
+    "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a valid number of points"),
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
     "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .parquet"),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),

@@ -1,5 +1,6 @@
 """Rules of the house that a machine can check: who may import whom, file lengths, what is heavy, column names."""
 
+import ast
 import csv
 import re
 import subprocess
@@ -107,6 +108,13 @@ def test_the_command_line_loads_light_modules_only():
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     heavy = {"matplotlib", "mlflow", "sklearn", "pandas", "pyomo", "highspy", "prefect", "dvc", "duckdb"}
     assert not heavy & set(out.split())
+
+
+@pytest.mark.parametrize("path", python_files("robojoule", "reproduction"), ids=module_name)
+def test_no_function_is_called_as_its_module(path: Path):
+    """It would hide the module from who imports it; stages and flows are called after the one thing that they run."""
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    assert path.stem not in {node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
 
 
 @pytest.mark.parametrize("path", python_files(*PACKAGES, "tests"), ids=lambda p: str(p.relative_to(ROOT)))

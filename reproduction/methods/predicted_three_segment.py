@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reproduction.methods.method import MethodPlans, Planner, Variant, plans_by_costs
-from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segment_profile
+from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segments
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
@@ -83,8 +83,7 @@ def three_segment_costs(
     """
     columns = np.array([d_min_s, d_opt_s, d_max_s, saving_j, penalty_j], dtype=float).T.tolist()
     built = [
-        three_segment_profile(d_min, d_opt, d_max, saving, penalty, shape)
-        for d_min, d_opt, d_max, saving, penalty in columns
+        three_segments(d_min, d_opt, d_max, saving, penalty, shape) for d_min, d_opt, d_max, saving, penalty in columns
     ]
     idle = [slope for _, slope in built]
     if not any(slope > 0.0 for slope in idle):

@@ -36,7 +36,7 @@ class ThreeSegmentShape:
     offset_j: float = 50.0
 
 
-def three_segment_profile(
+def three_segments(
     d_min_s: float,
     d_opt_s: float,
     d_max_s: float,

@@ -24,7 +24,7 @@ def predictor_claims(predictions: pa.Table, metrics: Metrics) -> list[Claim]:
     """Claims about predictors: their errors, and where they are large.
 
     Args:
-        predictions: Columns model, split, `TARGETS` and `TARGETS` + `_measured`, N rows.
+        predictions: Columns model, split, `TARGETS` and `TARGETS` + `_simulated`, N rows.
         metrics: target -> model -> figure, see `reports/metrics/predictors.json`.
     """
     claims = []
@@ -135,5 +135,5 @@ def _sizes(predictions: pa.Table) -> list[Claim]:
 
 def _forest_on_test(predictions: pa.Table, target: str) -> tuple[np.ndarray, np.ndarray]:
     model, split = (np.array(predictions[name].to_pylist()) for name in ("model", "split"))
-    values = columns(predictions, (target, f"{target}_measured"))[(model == "random_forest") & (split == "test")]
+    values = columns(predictions, (target, f"{target}_simulated"))[(model == "random_forest") & (split == "test")]
     return values[:, 0], values[:, 1]

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from reproduction.predictors.evaluation import error_rows, order_rows
-from reproduction.predictors.training import MEASURED, Training, predictions
+from reproduction.predictors.training import SIMULATED, Training, predictions
 from reproduction.tables import Row, columns
 from robojoule.arrays import Array
 from robojoule.profile.parameters import TARGETS, steepness
@@ -63,7 +63,7 @@ def compare(
             part = of_model.filter(pa.compute.equal(of_model["split"], split))
             if not len(part):
                 continue
-            predicted, simulated = columns(part, TARGETS), columns(part, MEASURED)
+            predicted, simulated = columns(part, TARGETS), columns(part, SIMULATED)
             fastest = _of_motions(features, part, "duration_fastest_s")
             marks = part["saving_outlier"].to_numpy()
             ranks = order_rows(

@@ -23,7 +23,7 @@ from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.profile.parameters import TARGETS
 
-MEASURED = tuple(f"{target}_measured" for target in TARGETS)
+SIMULATED = tuple(f"{target}_simulated" for target in TARGETS)
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ def read_profile_predictions(path: Path, features: pa.Table) -> pa.Table:
         InputError: The file is missing or unreadable, or its motions are not the held-out ones of the features.
     """
     texts = ["tree_id", "split", "model"]
-    numbers = ["motion_id", *TARGETS, *MEASURED]
+    numbers = ["motion_id", *TARGETS, *SIMULATED]
     table = read_table(path, "train_profile_predictor", numbers=numbers, texts=texts)
     if not table["motion_id"].equals(held_out(features)["motion_id"].cast(table["motion_id"].type)):
         raise InputError("the held-out motions are not those of the features", file=path, key="motion_id")
-    return _with_outliers(table.select(["motion_id", *texts, *TARGETS, *MEASURED]))
+    return _with_outliers(table.select(["motion_id", *texts, *TARGETS, *SIMULATED]))
 
 
 def held_out(features: pa.Table) -> pa.Table:
@@ -123,17 +123,17 @@ def predictions(training: Training, features: pa.Table) -> pa.Table:
     table = table.append_column("model", pa.array([training.model] * len(values)))
     for place, target in enumerate(TARGETS):
         table = table.append_column(target, pa.array(values[:, place]))
-    for name, target in zip(MEASURED, TARGETS, strict=True):
+    for name, target in zip(SIMULATED, TARGETS, strict=True):
         table = table.append_column(name, motions[target])
     return _with_outliers(table)
 
 
 def _with_outliers(table: pa.Table) -> pa.Table:
     """Mark savings: -1 underpredicted, 1 overpredicted, 0 neither; fences drawn for each split on its own."""
-    saving, measured = (table[name].to_numpy() for name in (TARGETS[0], MEASURED[0]))
+    saving, simulated = (table[name].to_numpy() for name in (TARGETS[0], SIMULATED[0]))
     splits = np.array(table["split"].to_pylist())
     marks = np.zeros(len(saving), dtype=np.int8)
     for split in np.unique(splits):
         rows = splits == split
-        marks[rows] = outliers(saving[rows], measured[rows])
+        marks[rows] = outliers(saving[rows], simulated[rows])
     return table.append_column("saving_outlier", pa.array(marks))

@@ -15,7 +15,7 @@ from robojoule.profile.reference import TRAINED
 from robojoule.robots import load_robot
 
 
-def publish(trained: Path, to: Path) -> Path:
+def publish_predictor(trained: Path, to: Path) -> Path:
     """Read a trained predictor, check it and write it below `to`.
 
     Args:
@@ -39,7 +39,7 @@ def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", type=Path, default=Path("models/profile_predictor"), help="folder of the predictor")
-    print(f"published: {publish(parser.parse_args().model, TRAINED)}")
+    print(f"published: {publish_predictor(parser.parse_args().model, TRAINED)}")
 
 
 if __name__ == "__main__":

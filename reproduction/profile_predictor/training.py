@@ -76,7 +76,7 @@ def _table(predicted: PredictedProfiles, motions: SimulatedMotions, split: str) 
         "split": [split] * len(motions.motion_id),
         "model": [MODEL] * len(motions.motion_id),
     }
-    columns |= _named(found, "") | _named(simulated, "_measured")
+    columns |= _named(found, "") | _named(simulated, "_simulated")
     return pa.table(columns)
 
 

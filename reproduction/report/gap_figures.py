@@ -42,7 +42,7 @@ def gap_to_optimum(results: Results, style: Style) -> Drawing:
 
 
 def savings(results: Results, style: Style) -> Drawing:
-    """Saving over relaxation of every method, with the thesis's savings by Eq. 6.1."""
+    """Saving over the cycle time of every method, with the thesis's savings by Eq. 6.1."""
     figure, ax = style.figure(0.7)
     rows = [
         row | {"method": f"{row['method']}_{row['krc_segments']}" if row["krc_segments"] else row["method"]}

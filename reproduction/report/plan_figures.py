@@ -25,7 +25,7 @@ SHORTEST_WAIT_S = 1e-3  # shorter ones are rounding of the plan
 
 
 @dataclass(frozen=True)
-class Plan:
+class DrawnPlan:
     """One plan of one tree, vertices in order; arrays of shape (V,).
 
     Attributes:
@@ -44,7 +44,7 @@ class Plan:
         return self.columns[column]
 
 
-def plan_of(results: Results, tree: str, method: str, percent: float) -> Plan | None:
+def plan_of(results: Results, tree: str, method: str, percent: float) -> DrawnPlan | None:
     """The plan of a method that is nearest to a cycle time; of several variants the one of fewest chords.
 
     Args:
@@ -74,10 +74,10 @@ def plan_of(results: Results, tree: str, method: str, percent: float) -> Plan | 
         return None
     segments = rows["krc_segments"][0]
     label = method_label(method, segments if segments == segments else None)  # NaN: no chords
-    return Plan(label, float(rows["relaxation_percent"][0]), [str(name) for name in rows["move"]], rows)
+    return DrawnPlan(label, float(rows["relaxation_percent"][0]), [str(name) for name in rows["move"]], rows)
 
 
-def _plans(results: Results, methods: tuple[str, ...], percent: float) -> list[Plan]:
+def _plans(results: Results, methods: tuple[str, ...], percent: float) -> list[DrawnPlan]:
     tree = example_tree(results)
     found = [plan_of(results, tree, method, percent) for method in methods]
     plans = [plan for plan in found if plan is not None]
@@ -158,7 +158,7 @@ def power_over_time(results: Results, style: Style) -> Drawing:
     )
 
 
-def _power_curve(plan: Plan, paths: MotionPaths, motions: Columns) -> tuple[Array, list[tuple[float, float]]]:
+def _power_curve(plan: DrawnPlan, paths: MotionPaths, motions: Columns) -> tuple[Array, list[tuple[float, float]]]:
     """Mains power over one cycle, shape (T, 2) [s, W], and the spans in which the robot waits [s]."""
     time, parts, waits = 0.0, [], []
 

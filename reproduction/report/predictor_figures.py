@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from reproduction.methods.three_segment_profile import three_segment_profile
+from reproduction.methods.three_segment_profile import three_segments
 from reproduction.predictors.evaluation import outliers
 from reproduction.report.drawing import Drawing, spread
 from reproduction.report.labels import MODELS, TARGETS
@@ -30,7 +30,7 @@ def predicted_against_simulated(
         wanted: Models.
     """
     predictions = results.query(
-        f"SELECT model, {target}, {target}_measured FROM predictions WHERE split = 'test' AND list_contains(?, model)"
+        f"SELECT model, {target}, {target}_simulated FROM predictions WHERE split = 'test' AND list_contains(?, model)"
         " ORDER BY model, motion_id",
         list(wanted),
     )
@@ -38,11 +38,11 @@ def predicted_against_simulated(
     label, unit = TARGETS[target]
     figure, axes = style.figure(0.56 if len(models) > 1 else 0.7, 1, len(models), squeeze=False, sharey=True)
     texts = []
-    values = np.concatenate([predictions[target], predictions[f"{target}_measured"]])
+    values = np.concatenate([predictions[target], predictions[f"{target}_simulated"]])
     top = 1.03 * float(values.max(initial=0.0)) or 1.0
     for ax, model in zip(axes[0], models, strict=True):
         rows = predictions["model"] == model
-        simulated, predicted = predictions[f"{target}_measured"][rows], predictions[target][rows]
+        simulated, predicted = predictions[f"{target}_simulated"][rows], predictions[target][rows]
         side = outliers(predicted, simulated)
         under, over = side < 0, side > 0
         for chosen, color, name in (
@@ -89,7 +89,7 @@ def predicted_profiles(results: Results, style: Style, model: str = "random_fore
         "SELECT motion_id, p.energy_saving_j, p.optimal_duration_s, p.energy_penalty_j, duration_fastest_s,"
         " duration_slowest_s FROM predictions AS p JOIN features USING (motion_id)"
         " WHERE p.split = 'test' AND model = ? AND duration_slowest_s > duration_fastest_s"
-        " ORDER BY abs(p.energy_saving_j - energy_saving_j_measured) / (energy_saving_j_measured + 1), motion_id",
+        " ORDER BY abs(p.energy_saving_j - energy_saving_j_simulated) / (energy_saving_j_simulated + 1), motion_id",
         model,
     )
     places = spread(len(rows["motion_id"]), EXAMPLES)
@@ -113,7 +113,7 @@ def predicted_profiles(results: Results, style: Style, model: str = "random_fore
 
 def _draw_pair(ax: Any, row: dict[str, Any], results: Results) -> None:
     simulated = results.profile(row["motion_id"])
-    predicted, _ = three_segment_profile(
+    predicted, _ = three_segments(
         float(row["duration_fastest_s"]),
         float(row["optimal_duration_s"]),
         float(row["duration_slowest_s"]),

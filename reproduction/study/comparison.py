@@ -97,7 +97,7 @@ def compare_models(params: StudyParams, progress: Callable[[str], None]) -> Comp
             | {f"optimal_duration_s{end}": row[1] for end, row in both}
             | {f"energy_penalty_j{end}": row[2] for end, row in both}
             for motion in range(len(truth))
-            for both in [(("", values[motion].tolist()), ("_measured", truth[motion].tolist()))]
+            for both in [(("", values[motion].tolist()), ("_simulated", truth[motion].tolist()))]
         )
     result.metrics["robojoule_predicted"] = {
         "coverage_percent": round(100.0 * float(np.concatenate(inside).mean()), 2),

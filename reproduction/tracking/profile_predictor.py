@@ -16,7 +16,7 @@ from reproduction.layout import Layout
 from reproduction.predictors.comparison import Metrics
 from reproduction.predictors.estimators import MODELS
 from reproduction.predictors.evaluation import passes_gate
-from reproduction.predictors.training import MEASURED
+from reproduction.predictors.training import SIMULATED
 from reproduction.profile_predictor.training import MODEL
 from reproduction.tables import columns
 from reproduction.tracking.store import figures_of, tags
@@ -58,7 +58,7 @@ def record_profile_predictor(
     """
     mine = test.filter(pa.compute.equal(test["model"], MODEL))
     others = [columns(test.filter(pa.compute.equal(test["model"], rival)), TARGETS) for rival in rivals]
-    passed = passes_gate(columns(mine, TARGETS), columns(mine, MEASURED), training, others)
+    passed = passes_gate(columns(mine, TARGETS), columns(mine, SIMULATED), training, others)
     folder = str(layout.profile_predictor)
     settings = params.train_profile_predictor
     found = tags(layout, settings, "train_profile_predictor") | {"model": MODEL, "passes_gate": str(passed).lower()}

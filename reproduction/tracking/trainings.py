@@ -14,7 +14,7 @@ from reproduction.layout import Layout
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.predictors.comparison import Comparison
 from reproduction.predictors.evaluation import beats_mean
-from reproduction.predictors.training import MEASURED, Training
+from reproduction.predictors.training import SIMULATED, Training
 from reproduction.report.predictor_figures import predicted_against_simulated, predicted_profiles
 from reproduction.report.results import Results
 from reproduction.tables import columns
@@ -50,7 +50,7 @@ def record_trainings(params: Params, layout: Layout, found: Comparison) -> Itera
     for training in found.trainings:
         number = _record(mlflow, params, layout, training, found)
         mine = test.filter(pa.compute.equal(test["model"], training.model))
-        champion = beats_mean(columns(mine, TARGETS), columns(mine, MEASURED), baseline)
+        champion = beats_mean(columns(mine, TARGETS), columns(mine, SIMULATED), baseline)
         _judge(mlflow, f"{EXPERIMENT}_{training.model}", number, champion)
         yield f"{training.model}, recorded in MLflow"
     yield record_profile_predictor(mlflow, params, layout, test, baseline, found.metrics)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robojoule.arrays import Array, Mask
+from robojoule.arrays import Array, Mask, freeze
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_fit import Solution, solve
 from robojoule.calibration.log_model import evaluate, log_parameters
@@ -86,7 +86,7 @@ class Score:
     motion_energy_error_percent: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Identification:
     """What a log tells about a robot's drives.
 
@@ -119,6 +119,9 @@ class Identification:
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __repr__(self) -> str:
         found = len(self.parameters) - len(self.unidentified)

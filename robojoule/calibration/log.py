@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array, as_array
+from robojoule.arrays import Array, as_array, freeze
 from robojoule.calibration.log_table import LogTable, read_table
 from robojoule.errors import InputError
 from robojoule.inputs import as_path, counted, shown
@@ -28,7 +28,7 @@ _JOINT_COLUMN = re.compile(r"q(\d+)_(\w+)")
 _JOINT_QUANTITIES = ("rad", "deg", "velocity_rad_s", "torque_nm", "current_a")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeasuredLog:
     """One checked log, T instants, n joints.
 
@@ -49,6 +49,9 @@ class MeasuredLog:
     velocity_rad_s: Array | None = None
     torque_nm: Array | None = None
     payload_kg: Array | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLike | None = None) -> MeasuredLog:

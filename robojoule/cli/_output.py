@@ -23,6 +23,13 @@ def show_moves(result: dict[str, Any]) -> None:
         print(f"warning: {warning}")
 
 
+def show_written(result: dict[str, Any], *names: str) -> None:
+    """Print the files that were written, each under the name of its option."""
+    for name in names:
+        if result[name]:
+            print(f"written to {result[name]}")
+
+
 def show_outlook(result: dict[str, Any]) -> None:
     """Print reserve, and how sure the plan is, where that is known."""
     if result["reserve_s"]:

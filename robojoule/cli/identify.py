@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_robot, check_outputs, number, numbers, robot_of
+from robojoule.cli._output import show_written
 from robojoule.errors import InputError
 
 
@@ -75,6 +76,4 @@ def show(result: dict[str, Any]) -> None:
         print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")
     for warning in result["warnings"]:
         print(f"warning: {warning}")
-    for key in ("out", "plot"):
-        if result[key]:
-            print(f"written: {result[key]}")
+    show_written(result, "out", "plot")

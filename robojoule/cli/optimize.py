@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, number, robot_of
-from robojoule.cli._output import show_head, show_moves, show_outlook
+from robojoule.cli._output import show_head, show_moves, show_outlook, show_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -84,8 +84,7 @@ def show(result: dict[str, Any]) -> None:
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
     show_outlook(result)
     show_moves(result)
-    if result["out"]:
-        print(f"written to {result['out']}")
+    show_written(result, "out")
 
 
 def _compared(saving_percent: float) -> str:

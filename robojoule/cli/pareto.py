@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
-from robojoule.cli._output import show_head
+from robojoule.cli._output import show_head, show_written
 
 _ROWS_SHOWN = 12
 
@@ -77,6 +77,4 @@ def show(result: dict[str, Any]) -> None:
         print(
             f"a profile is not convex: between breakpoints the curve may be up to {result['hull_excess_j']:.2f} J low"
         )
-    for name in ("csv", "plot"):
-        if result[name]:
-            print(f"written to {result[name]}")
+    show_written(result, "csv", "plot")

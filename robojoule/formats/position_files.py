@@ -35,7 +35,10 @@ from robojoule.programs.operation_tree import (
 _SETTINGS: dict[str, Any] = {**PLANNED, "least_speed_percent": None, "fixed": False}  # with their defaults
 _ALWAYS = ("speed_limit_percent", "wait_before_s", "wait_after_s")  # written even where all are defaults
 _WORDS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-_COLUMNS = f"q1_deg .. or q1_rad .., name, {', '.join(_SETTINGS)}, robot"
+_COLUMNS = (
+    "q1_deg .. or q1_rad .., name, robot, speed_limit_percent, least_speed_percent, fixed, "
+    "[added_]wait_before_s, [added_]wait_after_s"
+)
 _JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
 
 

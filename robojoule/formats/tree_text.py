@@ -52,9 +52,9 @@ def text_with_plan(text: str, tree: OperationTree) -> str | None:
 
 
 def _readable(text: str) -> str:
-    """JSON as YAML with every value in the same place; other texts as they are.
+    r"""JSON as YAML with every value in the same place; other texts as they are.
 
-    Between values JSON has tabs where YAML has none, within strings halves of characters (`\\ud83d`).
+    Between values JSON has tabs where YAML has none, within strings halves of characters (`\ud83d`).
     """
     if not text.lstrip().startswith("{"):
         return text

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, freeze
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch, percent_of
@@ -76,6 +76,9 @@ class CycleRun:
     energy_j: float
     cycle_time_s: float
     peak_power_w: float
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __repr__(self) -> str:
         return (

@@ -17,13 +17,13 @@ and the true least energy lies above the curve by at most the height of the prof
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, freeze
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts, check_costs, joined_costs
@@ -59,10 +59,14 @@ class ParetoCurve:
     movements: NDArray[np.intp]
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            array = np.array(getattr(self, field.name))
-            array.setflags(write=False)
-            object.__setattr__(self, field.name, array)
+        freeze(self)
+
+    def __repr__(self) -> str:
+        times, energies = self.cycle_times_s, self.energies_j
+        return (
+            f"ParetoCurve({energies[0]:.6g} J in {times[0]:.6g} s to {energies[self.best]:.6g} J in "
+            f"{times[self.best]:.6g} s, breakpoints={times.size})"
+        )
 
     @property
     def best(self) -> int:
@@ -169,12 +173,7 @@ class TradeOff:
     runs: int
 
     def __repr__(self) -> str:
-        times, energies = self.curve.cycle_times_s, self.curve.energies_j
-        best = self.curve.best
-        return (
-            f"TradeOff({self.program!r} on {self.robot!r}: {energies[0]:.6g} J in {times[0]:.6g} s to "
-            f"{energies[best]:.6g} J in {times[best]:.6g} s, breakpoints={times.size})"
-        )
+        return f"TradeOff({self.program!r} on {self.robot!r}: {self.curve!r})"
 
     @property
     def largest_gap(self) -> float:

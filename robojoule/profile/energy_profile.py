@@ -119,7 +119,8 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
         InputError: Not as many points as allowed, or no motion.
     """
     if not isinstance(points, Integral) or not 2 <= points <= MOST_POINTS:
-        raise InputError(f"{shown(points)} is not a number of points", key="points", allowed=f"2 to {MOST_POINTS}")
+        allowed = f"a whole number from 2 to {MOST_POINTS}"
+        raise InputError(f"{shown(points)} is not a valid number of points", key="points", allowed=allowed)
     if np.allclose(start_rad, end_rad, rtol=0.0, atol=LEAST_TRAVEL_RAD):
         raise InputError("start and end are the same: there is no motion")
     paths = MotionPaths(robot, start_rad, end_rad)

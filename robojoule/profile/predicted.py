@@ -38,7 +38,7 @@ NORMAL_QUANTILE = 1.6449  # of a normal distribution: +- this many deviations ho
 _BLOCK = 256  # motions predicted at once: bounds memory
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PredictedProfiles:
     """Predicted profiles of M motions at S speed limits (a `ProfileSource`); convex over duration.
 
@@ -76,7 +76,7 @@ class PredictedProfiles:
         return []
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ProfilePredictor:
     """Fitted predictor of one robot with any payload; immutable, callable on any number of motions.
 

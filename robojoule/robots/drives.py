@@ -18,6 +18,9 @@ With l_j the torque that the gear transmits (rigid body and rotor) and s_j the d
 
     tau_j = l_j + s_j (C_j + mu_j |l_j|) + B_j qd_j .
 
+Controllers of collaborative arms measure power on a bus of 48 V that feeds the arm (`Supply`): the law there is the same,
+with the arm's share of the base power and without the losses of the supply.
+
 This is the one place of the law and of its derivatives. Simulation, path integrals and logs differ only in where their
 states come from and in how they sum over time: P_bus vanishes where its sign changes, so derivatives of what the mains
 deliver are sums of those of P_bus with weight 1 / eta while it is drawn and rho while it is fed back.
@@ -25,7 +28,7 @@ deliver are sums of those of P_bus with weight 1 / eta while it is drawn and rho
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +41,7 @@ Gradient = dict[str, Array]
 """Derivatives of powers [W] or energies [J] by the names of `DriveParameters`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DriveParameters:
     """All parameters of the drive model and the controller: the one typed place.
 
@@ -48,7 +51,7 @@ class DriveParameters:
         coulomb_nm: Coulomb friction on the link side, shape (n,). [Nm]
         viscous_nm_s_per_rad: Viscous friction on the link side, shape (n,). [Nm s/rad]
         copper_w_per_nm2: Copper loss per squared motor torque, shape (n,). [W/Nm2]
-        base_power_w: Power of the controller with drives enabled and no torque. [W]
+        base_power_w: Power with drives enabled and no torque: controller, supply and electronics of the arm. [W]
         drive_active_power_w: Additional constant power while moving. [W]
         inverter_efficiency: Share of mains power that reaches the DC bus. [-]
         regeneration_efficiency: Share of surplus bus power returned to the mains. [-]
@@ -99,6 +102,39 @@ class DriveParameters:
     def copper_w_per_joint_nm2(self) -> Array:
         """Copper loss per squared link-side torque, shape (n,). [W/Nm2]"""
         return self.copper_w_per_nm2 / self.gear_ratio**2
+
+
+@dataclass(frozen=True)
+class Supply:
+    """What lies between the mains and the bus of a collaborative arm, on which its controller measures power:
+
+        P_mains = P_controller + P_arm / eta_supply
+
+    Attributes:
+        controller_power_w: Power of the controller's computer and fans at the mains. [W]
+        efficiency: Share of the rest that reaches the arm's bus. [-]
+    """
+
+    controller_power_w: float
+    efficiency: float
+
+    def arm_side(self, drives: DriveParameters) -> DriveParameters:
+        """Drives seen from the arm's bus, from those seen from the mains."""
+        return replace(
+            drives,
+            base_power_w=(drives.base_power_w - self.controller_power_w) * self.efficiency,
+            drive_active_power_w=drives.drive_active_power_w * self.efficiency,
+            inverter_efficiency=min(drives.inverter_efficiency / self.efficiency, 1.0),
+        )
+
+    def mains_side(self, drives: DriveParameters) -> DriveParameters:
+        """Drives seen from the mains, from those seen from the arm's bus: the inverse of `arm_side`."""
+        return replace(
+            drives,
+            base_power_w=self.controller_power_w + drives.base_power_w / self.efficiency,
+            drive_active_power_w=drives.drive_active_power_w / self.efficiency,
+            inverter_efficiency=drives.inverter_efficiency * self.efficiency,
+        )
 
 
 @dataclass(frozen=True)

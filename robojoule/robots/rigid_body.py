@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, freeze
 
 BODY_PARAMETERS = 10  # mass, first moments (3), inertia about the origin (6)
 _EPSILON = float(np.finfo(float).eps)
@@ -30,6 +30,9 @@ class Placement:
 
     rotation: Array
     origin_m: Array
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @classmethod
     def of(cls, xyz_m: ArrayLike, rpy_rad: tuple[float, float, float]) -> Placement:
@@ -65,6 +68,9 @@ class RigidBody:
     mass_kg: float
     center_m: Array
     inertia_kg_m2: Array
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @classmethod
     def nothing(cls) -> RigidBody:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from robojoule.arrays import Array, as_array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import counted, real, shown
 from robojoule.robots.controller_file import ControllerTiming
-from robojoule.robots.drives import DriveParameters
+from robojoule.robots.drives import DriveParameters, Supply
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
@@ -32,13 +32,13 @@ class Payload:
     Attributes:
         mass_kg: Mass. [kg]
         com_m: Centre of mass in the tool frame. [m]
-        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3); a solid aluminium sphere of the
-            same mass if not given. [kg m2]
+        inertia_kg_m2: Inertia about the centre of mass in tool axes, shape (3, 3), kept as tuples; a solid aluminium
+            sphere of the same mass if not given. [kg m2]
     """
 
     mass_kg: float = 0.0
     com_m: tuple[float, float, float] = (0.0, 0.0, 0.1)
-    inertia_kg_m2: Array | None = field(default=None, compare=False)
+    inertia_kg_m2: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         mass = real(self.mass_kg)
@@ -53,16 +53,16 @@ class Payload:
         object.__setattr__(self, "com_m", tuple(center.tolist()))
         if self.inertia_kg_m2 is None:
             return
-        inertia = frozen(as_array(self.inertia_kg_m2, "payload", "the entries of its inertia"))
+        inertia = as_array(self.inertia_kg_m2, "payload", "the entries of its inertia")
         if inertia.shape != (3, 3) or not _is_inertia(inertia):
             problem = "the inertia is not a symmetric positive semi-definite 3 x 3 matrix"
             raise InputError(problem, key="payload", allowed=f"entries up to {LARGEST_INERTIA_KG_M2:g} kg m2")
-        object.__setattr__(self, "inertia_kg_m2", inertia)
+        object.__setattr__(self, "inertia_kg_m2", tuple(map(tuple, inertia.tolist())))
 
     def rotational_inertia_kg_m2(self) -> Array:
         """Inertia about the centre of mass, shape (3, 3). [kg m2]"""
         if self.inertia_kg_m2 is not None:
-            return self.inertia_kg_m2
+            return np.array(self.inertia_kg_m2)
         radius = (3.0 * self.mass_kg / (4.0 * np.pi * PAYLOAD_DENSITY_KG_M3)) ** (1.0 / 3.0)
         return np.asarray(0.4 * self.mass_kg * radius**2 * np.eye(3))
 
@@ -188,6 +188,27 @@ class Robot:
         }
         vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
+
+    @property
+    def supply(self) -> Supply | None:
+        """What lies between the mains and the arm, if the file says so."""
+        found = self.file.drives.supply
+        return None if found is None else Supply(found.controller_power_w, found.efficiency)
+
+    def arm_side(self) -> Robot:
+        """The robot with its drives seen from the arm's bus, where its own controller measures power.
+
+        Raises:
+            InputError: The file does not say what lies between.
+        """
+        if self.supply is None:
+            raise InputError(
+                f"{self.name} does not say what lies between the mains and the arm",
+                file=self.source,
+                key="drives.supply",
+                allowed="controller_power_w and efficiency",
+            )
+        return self.variant(drives=self.supply.arm_side(self.drives))
 
     def takes_programs_of(self, name: str | None) -> bool:
         """Whether programs for a robot of a name are for this one: its own, or the one it was learnt from."""

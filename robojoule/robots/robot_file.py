@@ -20,7 +20,7 @@ LEAST_FIGURE = 1e-6
 Positive = Annotated[float, Field(ge=LEAST_FIGURE)]
 NonNegative = Annotated[float, Field(ge=0)]
 JOINT_TYPES = ("revolute", "fixed")
-FigureGroup = Literal["kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives"]
+FigureGroup = Literal["kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives", "supply"]
 FigureKind = Literal["published", "composed", "fitted", "scaled", "identified", "stated", "assumed"]
 
 
@@ -136,8 +136,15 @@ class JointDriveFile(Document):
     copper_w_per_nm2: NonNegative
 
 
+class SupplyFile(Document):
+    """What lies between the mains and the bus of the arm; see `robojoule.robots.drives.Supply`."""
+
+    controller_power_w: NonNegative
+    efficiency: Annotated[float, Field(ge=LEAST_FIGURE, le=1)]
+
+
 class DrivesFile(Document):
-    """Drives and controller; see `robojoule.robots.drives.DriveParameters`."""
+    """Drives and controller, seen from the mains; see `robojoule.robots.drives.DriveParameters`."""
 
     provenance: str = Field(min_length=1, description="published, fitted or scaled: from what and how.")
     base_power_w: NonNegative
@@ -148,7 +155,16 @@ class DrivesFile(Document):
     torque_floor: Annotated[float, Field(ge=LEAST_FIGURE, lt=1)]
     filter_time_s: Positive
     least_cruise_share: Annotated[float, Field(ge=0, lt=1)] = LEAST_CRUISE_SHARE
+    supply: SupplyFile | None = Field(default=None, description="What of it lies before the arm, where that is known.")
     joints: dict[str, JointDriveFile]
+
+    @model_validator(mode="after")
+    def _supply_within_base(self) -> DrivesFile:
+        if self.supply is not None and self.supply.controller_power_w > self.base_power_w:
+            raise ValueError("supply.controller_power_w is more than base_power_w, of which it is a part")
+        if self.supply is not None and self.supply.efficiency < self.inverter_efficiency:
+            raise ValueError("supply.efficiency is less than inverter_efficiency, of which it is a factor")
+        return self
 
 
 class RobotFile(Document):

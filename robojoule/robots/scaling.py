@@ -19,6 +19,7 @@ Of the whole arm, with the installed power P = sum T v and the reach L:
 
     base power                        P^p                    p from two published idle powers, see anchors.yaml
     drive-active power                as base power
+                                      (both of industrial arms; those of collaborative arms do not grow)
     filter time                       L                      eigenfrequencies of similar arms fall with their length
 
 Effort limits that are only placeholders (FANUC) follow from static and dynamic need (`EffortRule`), with constants that
@@ -41,7 +42,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.documents import parse, read_document, write_document
 from robojoule.robots import catalog_path, list_robots, load_robot_file
-from robojoule.robots.anchors import AnchorFile, Kr300, load_anchors, load_kr300
+from robojoule.robots.anchors import AnchorFile, CobotAnchors, Kr300, load_anchors, load_kr300
 from robojoule.robots.collision import derive_capsules
 from robojoule.robots.effort import EffortRule, limits
 from robojoule.robots.robot_file import RobotFile
@@ -184,10 +185,11 @@ class Scaling:
 
     def base_power_w(self, name: str, installed_w: float) -> float:
         """Base power of one arm. [W]"""
-        anchor, power = self.reference, self.reference.drives.base_power_w
-        if name in self.anchors.cobots.names:
-            anchor, power = self.files[self.anchors.cobots.idle_of], self.anchors.cobots.idle_w
-        return float(power * (installed_w / anchor.installed_power_w) ** self.power_exponent)
+        cobots, reference = self.anchors.cobots, self.reference
+        if name in cobots.names:
+            return cobots.controller_power_w + cobots.arm_power_w / cobots.supply_efficiency
+        share = installed_w / reference.installed_power_w
+        return float(reference.drives.base_power_w * share**self.power_exponent)
 
     def effort_nm(self, name: str) -> Array:
         """Effort limits from static and dynamic need, shape (6,). [Nm]"""
@@ -239,16 +241,24 @@ class Scaling:
         note = _COBOT_NOTE if cobot else _INDUSTRIAL_NOTE
         data["provenance"]["drives"]["note"] = _FRICTION_NOTE + note if friction_published else note
         data["provenance"]["capsules"]["note"] = _CAPSULES_NOTE
+        efficiency, active_w = reference.inverter_efficiency, reference.drive_active_power_w * base_w
+        active_w /= reference.base_power_w
+        if cobot:
+            cobots = self.anchors.cobots
+            efficiency = cobots.bus_efficiency * cobots.supply_efficiency
+            active_w = cobots.drive_active_power_w / cobots.supply_efficiency
+            data["provenance"]["supply"] = {"kind": "assumed", "note": _supply_note(cobots)}
         data["drives"] = {
             "provenance": "scaled from the UR10e and the KR16" if cobot else "scaled from the KR16 and the KR300",
             "base_power_w": _rounded(base_w),
-            "drive_active_power_w": _rounded(reference.drive_active_power_w * base_w / reference.base_power_w),
-            "inverter_efficiency": self.anchors.cobots.inverter_efficiency if cobot else reference.inverter_efficiency,
+            "drive_active_power_w": _rounded(active_w),
+            "inverter_efficiency": _rounded(efficiency) if cobot else efficiency,
             "regeneration_efficiency": reference.regeneration_efficiency,
             "torque_use": reference.torque_use,
             "torque_floor": reference.torque_floor,
             "filter_time_s": _rounded(reference.filter_time_s * file.reach_m / self.reference.reach_m),
             "least_cruise_share": reference.least_cruise_share,
+            **({"supply": _supply(self.anchors.cobots)} if cobot else {}),
             "joints": {
                 joint["name"]: {key: _rounded(values[index]) for key, values in numbers.items()}
                 for index, joint in enumerate(joints)
@@ -257,6 +267,22 @@ class Scaling:
         capsules = derive_capsules(parse(RobotFile, data, name))
         data["capsules"] = {link: [c.model_dump(mode="json") for c in shapes] for link, shapes in capsules.items()}
         return data
+
+
+def _supply(cobots: CobotAnchors) -> dict[str, float]:
+    return {"controller_power_w": cobots.controller_power_w, "efficiency": cobots.supply_efficiency}
+
+
+def _supply_note(cobots: CobotAnchors) -> str:
+    arm, controller, supply = (
+        f"{low:g}-{high:g}"
+        for low, high in (cobots.arm_power_range_w, cobots.controller_power_range_w, cobots.supply_efficiency_range)
+    )
+    return (
+        f"controller ({controller} W) and efficiency of the supply ({supply}) assumed, as no mains power with joint "
+        f"data is published; electronics of the arm measured on its bus of 48 V, {arm} W on three arms "
+        "(docs/validation-ur3e.md)"
+    )
 
 
 _EFFORT_NOTE = (

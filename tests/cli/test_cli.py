@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command):
-    shown = subprocess.run([sys.executable, "-m", "robojoule.cli", command, "--help"], capture_output=True, text=True)
+    shown = subprocess.run([sys.executable, "-m", "robojoule", command, "--help"], capture_output=True, text=True)
     assert shown.returncode == 0
     assert "--json" in shown.stdout
 
@@ -31,7 +31,7 @@ def test_the_package_runs_as_a_program():
 
 def test_a_reader_that_has_seen_enough_is_no_error():
     """As in `robojoule robots | head -1`."""
-    command = [sys.executable, "-m", "robojoule.cli", "robots", "--json"]
+    command = [sys.executable, "-m", "robojoule", "robots", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         process.stdout.close()
         assert process.stderr.read() == ""
@@ -39,7 +39,7 @@ def test_a_reader_that_has_seen_enough_is_no_error():
 
 def shell(line: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """What a POSIX shell makes of a line in which ROBOJOULE stands for the command."""
-    line = line.replace("ROBOJOULE", f"{shlex.quote(sys.executable)} -m robojoule.cli")
+    line = line.replace("ROBOJOULE", f"{shlex.quote(sys.executable)} -m robojoule")
     return subprocess.run(
         ["sh", "-c", line], capture_output=True, text=True, check=False, env={**os.environ, **environment}
     )
@@ -67,7 +67,7 @@ def test_terminals_that_know_ascii_only_get_the_rest_escaped(program, tmp_path):
     save_tree(tree, tmp_path / "cycle.json")
     words = ["optimize", "cycle.json", "--robot", "kuka_kr16_r2010_2", "--cycle-time", "4"]
     done = subprocess.run(
-        [sys.executable, "-m", "robojoule.cli", *words],
+        [sys.executable, "-m", "robojoule", *words],
         cwd=tmp_path,
         env={**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONPATH": str(ROOT)},
         capture_output=True,

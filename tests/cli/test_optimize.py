@@ -43,6 +43,35 @@ def test_a_share_is_one_of_the_program_as_given(program, tmp_path, capsys):
     assert result["moves"][1]["wait_after_s"] >= 1.0
 
 
+def test_the_program_itself_may_be_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "cycle.yaml"
+    assert main(["example", "cycle.yaml"]) == 0
+    path.write_text("# left cell\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
+    before = path.read_text(encoding="utf-8").splitlines()
+    capsys.readouterr()
+    first = optimized(capsys, path, "--cycle-time", "+20%", "--speed-step", "5", "--out", path)
+    written = path.read_text(encoding="utf-8")
+    assert all(limit["speed_limit_percent"] % 5.0 == 0.0 for limit in first["moves"])
+    assert written.splitlines()[:5] == before[:5]
+    again = optimized(capsys, path, "--cycle-time", first["cycle_time_s"], "--speed-step", "5", "--out", path)
+    assert path.read_text(encoding="utf-8") == written
+    for move, before_move in zip(again["moves"], first["moves"], strict=True):
+        assert move.pop("name") == before_move.pop("name")
+        assert move == pytest.approx(before_move, rel=1e-12)
+
+
+def test_faster_than_given_only_if_allowed(program, tmp_path, capsys):
+    slow = tmp_path / "slow.yaml"
+    read = load_program(program)
+    Program(read.tree.with_plan({"move-1": 20.0})).save(slow)
+    speeds = [
+        optimized(capsys, slow, "--cycle-time", "+1%", *words)["moves"][0]["speed_limit_percent"]
+        for words in ([], ["--allow-faster"])
+    ]
+    assert speeds[0] <= 20.0 < speeds[1]
+
+
 def test_people_read_what_it_saves_against_what(program, tmp_path, capsys):
     out = tmp_path / "out.csv"
     assert main(["optimize", str(program), *ROBOT, "--cycle-time", "+20%", "--out", str(out)]) == 0
@@ -94,6 +123,10 @@ BAD = {
     "type of output": (
         ["PROGRAM", "--cycle-time", "3", "--out", "a.txt"],
         "--out: unknown file type '.txt'; allowed: .yaml, .yml, .json, .csv",
+    ),
+    "step": (
+        ["PROGRAM", "--cycle-time", "3", "--speed-step", "0"],
+        "--speed-step: 0 is out of range; allowed: 0.01 to 50 %",
     ),
     "payload": (["PROGRAM", "--cycle-time", "3", "--payload", "17"], "a payload of 17 kg is more than kuka_kr16_r20"),
     "mass": (

@@ -74,7 +74,7 @@ BAD = {
     ),
     "same ends": ([*MOVE[:4], "--to", MOVE[3]], "start and end are the same"),
     "plot": ([*MOVE, "--plot", "x.gif"], "--plot: unknown file type '.gif'; allowed: .svg"),
-    "points": ([*MOVE, "--points", "1"], "--points: 1 is not a number of points; allowed: 2 to 1000"),
+    "points": ([*MOVE, "--points", "1"], "--points: 1 is not a valid number of points; allowed: a whole number from 2"),
 }
 
 

@@ -16,8 +16,8 @@ pick,45,-60.5,50,0.25,
 "place, left", 0 ,-9e1,,,1.5
 """
 COLUMNS = (
-    "allowed: q1_deg .. or q1_rad .., name, speed_limit_percent, wait_before_s, wait_after_s, added_wait_before_s, "
-    "added_wait_after_s, least_speed_percent, fixed, robot"
+    "allowed: q1_deg .. or q1_rad .., name, robot, speed_limit_percent, least_speed_percent, fixed, "
+    "[added_]wait_before_s, [added_]wait_after_s"
 )
 
 

@@ -61,9 +61,9 @@ def test_torques_beyond_a_limit_are_said():
 
 
 BAD = {
-    "too few": (END, 1, "points: 1 is not a number of points; allowed: 2 to 1000"),
-    "too many": (END, 1001, "points: 1001 is not a number of points"),
-    "not whole": (END, 2.5, "points: 2.5 is not a number of points"),
+    "too few": (END, 1, "points: 1 is not a valid number of points; allowed: a whole number from 2 to 1000"),
+    "too many": (END, 1001, "points: 1001 is not a valid number of points"),
+    "not whole": (END, 2.5, "points: 2.5 is not a valid number of points"),
     "no motion": (START, 5, "start and end are the same: there is no motion"),
 }
 

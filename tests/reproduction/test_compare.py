@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from reproduction.compare import compare, differences, is_beyond
+from reproduction.compare import compare_results, differences, is_beyond
 from robojoule.errors import InputError
 from tests.conftest import ROOT, run
 
@@ -118,7 +118,7 @@ def test_more_than_rounding_ends_with_1(project: Path):
 
 def test_a_result_that_is_gone_is_more_than_rounding(project: Path):
     (project / "reports/metrics.json").unlink()
-    lines, beyond = compare(project)
+    lines, beyond = compare_results(project)
     assert beyond and "  the file: missing, committed there" in lines
 
 
@@ -151,6 +151,6 @@ def test_what_cannot_be_compared_is_named(project: Path, file: str, text: str | 
 
 def test_a_commit_that_is_none_is_refused(project: Path):
     with pytest.raises(InputError, match=r"git show failed .*nowhere"):
-        compare(project, "nowhere")
+        compare_results(project, "nowhere")
     done = command(project, "nowhere")
     assert done.returncode == 2 and done.stderr.startswith("compare: ") and len(done.stderr.splitlines()) == 1

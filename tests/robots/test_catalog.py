@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robojoule.motion.simulation import MotionPaths
+from robojoule.errors import InputError
 from robojoule.robots import list_robots, load_robot, load_robot_file
 from robojoule.robots.anchors import load_anchors
 from robojoule.robots.collision import CollisionModel, derive_capsules
@@ -85,7 +86,7 @@ def test_no_torque_above_its_limit(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_idle_power_is_plausible_for_its_size(name):
-    """docs/robots.md: idle at HOME is 0.8-1.6 times 430 W (P / 19.6 kW)^0.41 (collaborative arms: 37 W at 0.6 kW).
+    """docs/robots.md: idle at HOME is 0.8-1.6 times 430 W (P / 19.6 kW)^0.41 (collaborative arms: times 95 W).
 
     P is the installed power; counterbalanced arms, whose balancer is left out, may take up to 2 times.
     """
@@ -93,8 +94,7 @@ def test_idle_power_is_plausible_for_its_size(name):
     robot, anchors = loaded(name), load_anchors()
     gravity = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), robot.home_rad)
     idle = float(idle_power_w(robot.drives, gravity))
-    base_w, installed_w = (37.0, 600.0) if name in anchors.cobots.names else (430.0, 19600.0)
-    expected = base_w * (robot.file.installed_power_w / installed_w) ** 0.41
+    expected = 95.0 if name in anchors.cobots.names else 430.0 * (robot.file.installed_power_w / 19600.0) ** 0.41
     assert 0.8 * expected < idle < (2.0 if name in anchors.counterbalanced else 1.6) * expected
 
 
@@ -175,3 +175,23 @@ def test_masses_and_reaches_are_near_the_data_sheets(name):
     mass, reach = DATA_SHEETS[name]
     assert file.total_mass_kg == pytest.approx(mass, rel=0.25)
     assert reach < file.reach_m < 1.4 * reach
+
+
+@pytest.mark.parametrize("name", load_anchors().cobots.names)
+def test_collaborative_arms_seen_from_their_own_bus_are_as_measured(name):
+    """26-37 W standing on three arms, 1-2.6 W more while moving, 1.10 times the power of the motors."""
+    robot, anchors = loaded(name), load_anchors().cobots
+    arm = robot.arm_side().drives
+    low, high = anchors.arm_power_range_w
+    assert low <= arm.base_power_w <= high
+    assert 1.0 <= arm.drive_active_power_w <= 2.6
+    assert arm.inverter_efficiency == pytest.approx(1.0 / 1.10, rel=1e-3)
+    back = robot.supply.mains_side(arm)
+    assert back.base_power_w == pytest.approx(robot.drives.base_power_w, rel=1e-12)
+    assert back.inverter_efficiency == pytest.approx(robot.drives.inverter_efficiency, rel=1e-12)
+    assert robot.file.provenance["supply"].kind == "assumed"
+
+
+def test_robots_without_a_known_supply_have_no_side_of_the_arm():
+    with pytest.raises(InputError, match="does not say what lies between the mains and the arm"):
+        loaded("kuka_kr16_r2010_2").arm_side()

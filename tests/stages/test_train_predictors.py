@@ -89,7 +89,7 @@ def test_predicts_held_out_motions_only(trained: Layout) -> None:
     features, splits = split_of(trained)
     rows = pq.read_table(trained.predictions)
     expected = ["motion_id", "tree_id", "split", "model", *TARGETS]
-    assert rows.column_names == [*expected, *(f"{name}_measured" for name in TARGETS), "saving_outlier"]
+    assert rows.column_names == [*expected, *(f"{name}_simulated" for name in TARGETS), "saving_outlier"]
     held_out = features["motion_id"].to_numpy()[splits != "train"].tolist()
     for model in EVERY_MODEL:
         assert rows.filter(pa.compute.field("model") == model)["motion_id"].to_pylist() == held_out
@@ -149,7 +149,7 @@ def test_the_profile_predictor_beats_the_models_of_three_numbers(trained: Layout
     rows = pq.read_table(trained.predictions).filter(pa.compute.field("model") == PROFILES)
     places = np.searchsorted(features["motion_id"].to_numpy(), rows["motion_id"].to_numpy())
     for target in TARGETS:
-        np.testing.assert_allclose(rows[f"{target}_measured"], features[target].to_numpy()[places], atol=1e-9)
+        np.testing.assert_allclose(rows[f"{target}_simulated"], features[target].to_numpy()[places], atol=1e-9)
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
     # Nominally 90 % of the runs; few trees calibrate it here.
     assert 60.0 < metrics["interval"][PROFILES]["coverage_percent"] <= 100.0
@@ -166,7 +166,7 @@ def test_table_5_1_follows_from_the_predictions(trained: Layout) -> None:
     predictions = pq.read_table(trained.predictions).filter(pa.compute.field("split") == "test")
     for row in rows:
         part = predictions.filter(pa.compute.field("model") == row["model"])
-        measured = part[f"{row['target']}_measured"].to_numpy()
+        measured = part[f"{row['target']}_simulated"].to_numpy()
         error = np.abs(part[row["target"]].to_numpy() - measured)
         if row["error"] == "rel_percent":
             error = 100 * error[measured > 0] / measured[measured > 0]

@@ -46,12 +46,12 @@ def outputs(layout: Layout) -> dict[str, bytes]:
 
 def test_predicts_held_out_motions(layout: Layout):
     rows = pq.read_table(layout.profile_predictions)
-    names = ["motion_id", "tree_id", "split", "model", *TARGETS, *(f"{target}_measured" for target in TARGETS)]
+    names = ["motion_id", "tree_id", "split", "model", *TARGETS, *(f"{target}_simulated" for target in TARGETS)]
     assert rows.column_names == names
     motions = pq.read_table(layout.motions, filters=[("split", "!=", "train")])
     assert rows["motion_id"].to_pylist() == motions["motion_id"].to_pylist()
     assert set(rows["split"].to_pylist()) == {"test", "experiment"}
-    simulated = rows["energy_penalty_j_measured"].to_numpy()
+    simulated = rows["energy_penalty_j_simulated"].to_numpy()
     # The plant of the pipeline is the entry itself, simulated without noise.
     assert np.median(np.abs(rows["energy_penalty_j"].to_numpy() - simulated) / simulated) < 0.01
 

@@ -89,9 +89,14 @@ class CobotAnchors(Document):
     coulomb_nm: Six
     viscous_nm_s_per_rad: Six
     gear_ratio: float
-    idle_of: str
-    idle_w: float
-    inverter_efficiency: float
+    arm_power_w: float
+    arm_power_range_w: tuple[float, float]
+    drive_active_power_w: float
+    bus_efficiency: float
+    controller_power_w: float
+    controller_power_range_w: tuple[float, float]
+    supply_efficiency: float
+    supply_efficiency_range: tuple[float, float]
 
 
 class AnchorFile(Document):

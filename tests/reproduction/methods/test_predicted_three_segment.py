@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reproduction.methods.predicted_three_segment import PredictedThreeSegment, three_segment_costs
-from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segment_profile
+from reproduction.methods.three_segment_profile import ThreeSegmentShape, three_segments
 from robojoule.errors import InputError
 from robojoule.planning.batch import TreeBatch
 from tests.core_cases import kr16
@@ -35,14 +35,14 @@ def test_what_is_left_of_a_long_cycle_is_waited():
 
 class TestThreeSegments:
     def test_lines_run_through_the_corners(self):
-        profile, idle = three_segment_profile(0.6, 1.0, 3.5, saving_j=200.0, penalty_j=960.0)
+        profile, idle = three_segments(0.6, 1.0, 3.5, saving_j=200.0, penalty_j=960.0)
         assert profile.durations_s == pytest.approx([0.6, 1.0 - 0.4 * 0.4, 1.0 + 0.04 * 2.5, 3.5])
         assert profile.energies_j == pytest.approx([250.0, 50.0, 50.0, 1010.0])
         assert idle == pytest.approx(960.0 / 2.4) == profile.slopes_w[-1]
 
     def test_the_offset_moves_the_profile_and_not_its_slopes(self):
-        low, _ = three_segment_profile(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=1.0))
-        high, _ = three_segment_profile(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=500.0))
+        low, _ = three_segments(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=1.0))
+        high, _ = three_segments(0.6, 1.0, 3.5, 200.0, 960.0, ThreeSegmentShape(offset_j=500.0))
         assert low.slopes_w == pytest.approx(high.slopes_w)
 
     @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ class TestThreeSegments:
         ids=["optimum at full speed", "before full speed", "a rounding after it", "after the slowest", "zero length"],
     )
     def test_hard_predictions(self, arguments, corners, idle):
-        profile, slope = three_segment_profile(*arguments)
+        profile, slope = three_segments(*arguments)
         assert profile.durations_s.size == corners
         assert (profile.d_min_s, profile.d_max_s) == (arguments[0], arguments[2])
         assert profile.is_convex
@@ -65,6 +65,6 @@ class TestThreeSegments:
 
     def test_predictions_that_are_no_numbers_are_refused(self):
         with pytest.raises(ValueError, match="finite"):
-            three_segment_profile(0.6, np.nan, 3.5, 1.0, 1.0)
+            three_segments(0.6, np.nan, 3.5, 1.0, 1.0)
         with pytest.raises(ValueError, match="d_min <= d_max"):
-            three_segment_profile(0.6, 0.6, 0.5, 1.0, 1.0)
+            three_segments(0.6, 0.6, 0.5, 1.0, 1.0)

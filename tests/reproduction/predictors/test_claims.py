@@ -18,7 +18,7 @@ def predictions(relative_error: float, savings: np.ndarray) -> pa.Table:
     columns: dict[str, object] = {"model": ["random_forest"] * count, "split": ["test"] * count}
     for place, target in enumerate(TARGETS):
         columns[target] = measured[:, place] * (1 + relative_error)
-        columns[f"{target}_measured"] = measured[:, place]
+        columns[f"{target}_simulated"] = measured[:, place]
     return pa.table(columns)
 
 

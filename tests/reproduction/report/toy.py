@@ -112,7 +112,7 @@ def _predict(data: Path) -> None:
                 continue
             new = {name: row[name] for name in ("motion_id", "tree_id", "split")} | {"model": model}
             for target in TARGETS:
-                new |= {target: row[target] * rng.uniform(0.8, 1.2), f"{target}_measured": row[target]}
+                new |= {target: row[target] * rng.uniform(0.8, 1.2), f"{target}_simulated": row[target]}
             rows.append(new)
     pq.write_table(pa.Table.from_pylist(rows), data / "predictions.parquet")
 

@@ -36,7 +36,7 @@ def predictions(**factors: float) -> pa.Table:
     columns: dict[str, list] = {"model": [name for name in factors for _ in SIMULATED]}
     for place, target in enumerate(TARGETS):
         columns[target] = [value for factor in factors.values() for value in factor * SIMULATED[:, place]]
-        columns[f"{target}_measured"] = [value for _ in factors for value in SIMULATED[:, place]]
+        columns[f"{target}_simulated"] = [value for _ in factors for value in SIMULATED[:, place]]
     return pa.table(columns)
 
 

@@ -1,5 +1,0 @@
-"""`python -m robojoule.cli`."""
-
-from robojoule.cli import main
-
-raise SystemExit(main())
