@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
@@ -224,7 +225,10 @@ def identify(
     smoothing_s: float | None = None,
     window_s: float | None = None,
 ) -> Identification:
-    """Drive parameters of a robot from a measured log of its motions and mains power.
+    """Drives of a robot, and its controller's timing, from a measured log of its motions and mains power.
+
+    Timing comes from the motions that go straight from rest to rest, at the speed limits that the log says or else at
+    full speed.
 
     Args:
         log: CSV or Parquet file, or a log that was read.
@@ -238,6 +242,7 @@ def identify(
     """
     from robojoule.calibration import identification  # late: brings scipy
     from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
+    from robojoule.calibration.log_motions import log_timing
     from robojoule.calibration.signals import WINDOW_S
 
     robot = _checked_robot(robot)
@@ -246,7 +251,8 @@ def identify(
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
     window = WINDOW_S if window_s is None else window_s
-    return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
+    found = identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
+    return replace(found, timing=log_timing(log, robot))
 
 
 @_finite

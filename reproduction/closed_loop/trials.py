@@ -133,6 +133,8 @@ class TreeOfMachine:
             for draw in range(trial.draws):
                 told, places[draw] = self._plan(seen, durations, fits, draw, wanted_s)
                 late = {
+                    # No plan can foresee what a cycle's motions differ by from the last one's.
+                    "own_deviation_percent": 100.0 * self.machine.jitter_s * len(self.rows) ** 0.5 / wanted_s,
                     "late_nominal_percent": nominal,
                     "late_one_ratio_percent": self._late_percent(one_ratio[draw], wanted_s),
                 }

@@ -14,6 +14,7 @@ from robojoule.calibration.log_fit import Solution, solve
 from robojoule.calibration.log_model import evaluate, log_parameters
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
+from robojoule.calibration.timing import TimingIdentification, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
@@ -104,6 +105,7 @@ class Identification:
         measured_w: Measured mean power of each window, shape (W,). [W]
         modelled_w: Modelled mean power of each window, shape (W,). [W]
         window_held_out: Which windows took no part in the fit, shape (W,).
+        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
     """
 
     robot: Robot
@@ -119,6 +121,7 @@ class Identification:
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+    timing: TimingIdentification | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -133,11 +136,13 @@ class Identification:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
+        found = () if self.timing is None else self.timing.warnings
         if self.held_out.r2 >= POOR_R2:
-            return ()
+            return found
         return (
             f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
             "check that power and positions share one clock, and robot, payload and units",
+            *found,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -154,6 +159,7 @@ class Identification:
             "training": asdict(self.training),
             "held_out": asdict(self.held_out),
             "held_out_catalog": asdict(self.held_out_catalog),
+            "timing": None if self.timing is None else self.timing.to_dict(),
             "warnings": list(self.warnings),
         }
 
@@ -168,8 +174,7 @@ class Identification:
         Args:
             name: Name of the new entry (default: the robot's name with `_identified`).
         """
-        data = self.robot.file.model_dump(mode="json")
-        data["name"] = name if name is not None else f"{self.robot.name}_identified"
+        data = with_timing(self.robot.file, self.timing, name).model_dump(mode="json")
         drives = data["drives"]
         drives["provenance"] = self.provenance()
         data["provenance"]["drives"] = {

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.signals import choose_smoothing, local_cubic
+from robojoule.calibration.timing import TimingIdentification, identify_timing
 from robojoule.errors import InputError
 from robojoule.inputs import counted
 from robojoule.motion.simulation import MotionPaths
@@ -148,3 +151,20 @@ def _rise(time_s: Array, velocity: Array, threshold: float) -> float:
         share = (level - velocity[before]) / step if step > 0.0 else 0.0
         crossings.append(time_s[before] + np.clip(share, 0.0, 1.0) * (time_s[above] - time_s[before]))
     return float(crossings[0] - (crossings[1] - crossings[0]) * low / (high - low))
+
+
+def log_timing(log: MeasuredLog, robot: Robot) -> TimingIdentification | None:
+    """The controller's timing by the motions of a log; None where too few go from rest to rest.
+
+    Args:
+        log: The log; without its speed limits all motions are taken to have run at full speed.
+        robot: The robot with its payload.
+    """
+    velocity = log.velocity_rad_s
+    if velocity is None:
+        velocity = local_cubic(log.time_s, log.position_rad, choose_smoothing(log.time_s, log.position_rad))[1]
+    try:
+        motions = logged_motions(log.source, log.time_s, log.position_rad, velocity, log.speed_limit)
+        return identify_timing(motions.paths(robot), motions.runs)
+    except InputError:
+        return None

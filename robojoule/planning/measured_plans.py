@@ -94,7 +94,8 @@ def plan_on_measurements(
     least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
     wanted_s = cycle_time(given.cycle_time_s, least_s)
     if np.unique(runs.speed_limits).size == 1:
-        second = 100.0 * second_trial_limit(batch, runs, wanted_s, limits)
+        every = controller_limits(speed_step, batch.slowest_speed_limit)
+        second = 100.0 * second_trial_limit(batch, runs, wanted_s, every)
         raise InputError(
             "all runs have one speed limit, which says nothing of slower ones",
             file=runs.source,
