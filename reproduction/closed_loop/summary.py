@@ -11,7 +11,8 @@ from reproduction.closed_loop.study import TRACE
 from reproduction.tables import Row
 from robojoule.arrays import Array, Mask
 
-# Lateness beyond the machine's own deviation from cycle to cycle, which only the one that jitters has. Mean and worst of all cases of machines inside the rules and outside, after the first trial and after the second.
+# Mean and worst of all cases of machines inside the rules and outside, after the first trial and after the second.
+# Lateness counts beyond the machine's own deviation from cycle to cycle, which only the one that jitters has.
 TARGETS = {
     ("late_percent", True, 1): (0.05, 0.5),
     ("late_percent", True, 2): (0.03, 0.1),

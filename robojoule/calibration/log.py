@@ -1,8 +1,8 @@
 """Measured logs: CSV or Parquet tables of time, joint positions and mains power, read and checked.
 
 Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `power_w`; optionally
-`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`, `payload_kg`
-and `speed_limit_percent`. Other columns are ignored, unless they look like a joint's.
+`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`,
+`payload_kg` and `speed_limit_percent`. Other columns are ignored, unless they look like a joint's.
 """
 
 from __future__ import annotations

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.local_correction import amplitude_of, correction
@@ -204,6 +203,8 @@ class Measurement:
         self, runs: MeasuredRuns, controller: ControllerTiming, grid: Array, duration_s: Array
     ) -> dict[str, Array]:
         """The fields of `MeasuredProfiles` that are about energies."""
+        from scipy.interpolate import PchipInterpolator  # late: plans on simulated profiles do without
+
         paths, vector = self.paths.with_controller(controller), self.vector
         low = min(float(grid[0]), float(runs.speed_limits.min()))
         nodes = np.exp(np.linspace(np.log(min(low, 0.999)), 0.0, _NODES))
