@@ -40,6 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--smoothing", type=number, metavar="S", help="length for differentiation [s] (default: chosen by noise)"
     )
     parser.add_argument("--window", type=number, metavar="S", help="length for averaging power [s] (default: 0.1)")
+    parser.add_argument(
+        "--power-side",
+        choices=("mains", "arm"),
+        default="mains",
+        help="where power was measured: at the mains (default), or on the bus that feeds the arm",
+    )
     parser.add_argument("--name", metavar="NAME", help="name of the new robot file (default: the robot's, _identified)")
     parser.add_argument("--out", metavar="FILE", help="write a robot file with the identified drives (JSON or YAML)")
     parser.add_argument("--plot", metavar="FILE", help="draw measured against modelled power (SVG, PNG or PDF)")
@@ -62,7 +68,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if is_run_table(arguments.log):
         return _of_runs(arguments, robot)
     log = read_log(arguments.log, robot, arguments.torque_constants)
-    result = identify(log, robot, smoothing_s=arguments.smoothing, window_s=arguments.window)
+    result = identify(
+        log,
+        robot,
+        smoothing_s=arguments.smoothing,
+        window_s=arguments.window,
+        power_side=arguments.power_side,
+    )
     if arguments.runs is not None:
         result = replace(result, timing=_timing(arguments, arguments.runs, robot))
     contents = _robot_file(arguments, result)
@@ -113,6 +125,8 @@ def show(result: dict[str, Any]) -> None:
     """Print the parameters and how well the model holds."""
     what = f"{result['samples']} samples of {result['log']}" if "samples" in result else f"runs of {result['log']}"
     print(f"{result['robot']}, payload {result['payload_kg']:g} kg, {what}")
+    if result.get("power_side") == "arm":
+        print("power measured on the bus of the arm: figures are seen from there, the robot file's from the mains")
     if "parameters" in result:
         _show_drives(result)
     if result["timing"] is not None:

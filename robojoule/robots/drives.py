@@ -18,8 +18,8 @@ With l_j the torque that the gear transmits (rigid body and rotor) and s_j the d
 
     tau_j = l_j + s_j (C_j + mu_j |l_j|) + B_j qd_j .
 
-Controllers of collaborative arms measure power on a bus of 48 V that feeds the arm (`Supply`): the law there is the same,
-with the arm's share of the base power and without the losses of the supply.
+Controllers of collaborative arms measure power on a bus of 48 V that feeds the arm (`Supply`): the law there is the
+same, with the arm's share of the base power and without the losses of the supply.
 
 This is the one place of the law and of its derivatives. Simulation, path integrals and logs differ only in where their
 states come from and in how they sum over time: P_bus vanishes where its sign changes, so derivatives of what the mains
