@@ -251,7 +251,10 @@ def identify(
     window_s: float | None = None,
     power_side: PowerSide = "mains",
 ) -> Identification:
-    """Drive parameters of a robot from a measured log of its motions and mains power.
+    """Drives of a robot, and its controller's timing, from a measured log of its motions and mains power.
+
+    Timing comes from the motions that go straight from rest to rest, at the speed limits that the log says or else at
+    full speed.
 
     Args:
         log: CSV or Parquet file, or a log that was read.
@@ -267,6 +270,7 @@ def identify(
     """
     from robojoule.calibration import identification  # late: brings scipy
     from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
+    from robojoule.calibration.log_motions import log_timing
     from robojoule.calibration.signals import WINDOW_S
 
     robot = _checked_robot(robot)
@@ -275,7 +279,8 @@ def identify(
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
     window = WINDOW_S if window_s is None else window_s
-    return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side)
+    found = identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side)
+    return replace(found, timing=log_timing(log, robot))
 
 
 @_finite

@@ -17,6 +17,7 @@ from robojoule.calibration.log_fit import Solution, solve
 from robojoule.calibration.log_model import evaluate, log_parameters
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
+from robojoule.calibration.timing import TimingIdentification, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.inputs import shown
@@ -110,6 +111,7 @@ class Identification:
         measured_w: Measured mean power of each window, shape (W,). [W]
         modelled_w: Modelled mean power of each window, shape (W,). [W]
         window_held_out: Which windows took no part in the fit, shape (W,).
+        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
     """
 
     robot: Robot
@@ -127,6 +129,7 @@ class Identification:
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+    timing: TimingIdentification | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -155,7 +158,7 @@ class Identification:
         motions = self.training.motions + self.held_out.motions
         if motions < FEW_MOTIONS:
             found.append(f"the log holds only {motions} motions: errors are wide, and scores stand on few of them")
-        return tuple(found)
+        return (*found, *(self.timing.warnings if self.timing is not None else ()))
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters and scores as plain data, ready for JSON."""
@@ -173,6 +176,7 @@ class Identification:
             "training": asdict(self.training),
             "held_out": asdict(self.held_out),
             "held_out_catalog": asdict(self.held_out_catalog),
+            "timing": None if self.timing is None else self.timing.to_dict(),
             "warnings": list(self.warnings),
         }
 
@@ -187,8 +191,7 @@ class Identification:
         Args:
             name: Name of the new entry (default: the robot's name with `_identified`).
         """
-        data = self.robot.file.model_dump(mode="json")
-        data["name"] = name if name is not None else f"{self.robot.name}_identified"
+        data = with_timing(self.robot.file, self.timing, name).model_dump(mode="json")
         drives = data["drives"]
         drives["provenance"] = self.provenance()
         data["provenance"]["drives"] = {

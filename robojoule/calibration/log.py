@@ -1,8 +1,8 @@
 """Measured logs: CSV or Parquet tables of time, joint positions and power, read and checked.
 
 Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `power_w`; optionally
-`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`, and
-`payload_kg`. Other columns are ignored, unless they look like a joint's.
+`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`,
+`payload_kg` and `speed_limit_percent`. Other columns are ignored, unless they look like a joint's.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ class MeasuredLog:
         velocity_rad_s: Measured joint velocities, shape (T, n), if logged. [rad/s]
         torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
         payload_kg: Payload mass, shape (T,), if logged. [kg]
+        speed_limit: Speed limit of the program that held, a fraction in (0, 1], shape (T,), if logged. [-]
     """
 
     source: str
@@ -51,6 +52,7 @@ class MeasuredLog:
     velocity_rad_s: Array | None = None
     torque_nm: Array | None = None
     payload_kg: Array | None = None
+    speed_limit: Array | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -91,6 +93,7 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         velocity_rad_s=velocity,
         torque_nm=_torques(table, robot, checked),
         payload_kg=payload,
+        speed_limit=_speed_limits(table),
     )
     _check_velocity(log, robot)
     return log
@@ -107,6 +110,19 @@ def _check_columns(table: LogTable, count: int) -> None:
         if not 1 <= int(match[1]) <= count:
             problem = f"the robot has {counted(count, 'joint')} only"
             raise InputError(problem, file=table.source, key=name, allowed=f"q1 to q{count}")
+
+
+def _speed_limits(table: LogTable) -> Array | None:
+    """Speed limits as fractions, if logged."""
+    key = "speed_limit_percent"
+    if key not in table.names:
+        return None
+    limits = table.column(key)
+    bad = np.flatnonzero(~((limits > 0.0) & (limits <= 100.0)))
+    if bad.size:
+        problem = f"row {bad[0] + 1} holds {limits[bad[0]]:.6g}"
+        raise InputError(problem, file=table.source, key=key, allowed="above 0 and up to 100 %")
+    return limits / 100.0
 
 
 def _joint_columns(table: LogTable, count: int, quantity: str) -> Array | None:
