@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from reproduction.closed_loop.config import CloseTheLoopParams
 from reproduction.config import Budget, ForestParams, Percent, SpeedLimits
+from reproduction.study.closed_loop_config import CloseTheLoopParams
 from reproduction.study.plant import PlantParams
 from robojoule.documents import Document, load
 

@@ -21,18 +21,18 @@ from pydantic import ValidationError
 
 from robojoule.documents import decoded, read_bytes, with_plain_line_ends, write_text
 from robojoule.errors import InputError
-from robojoule.formats.exact_degrees import exact_degrees
+from robojoule.formats.degrees import exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.table_text import text_with_columns
 from robojoule.formats.tree_text import number_text
 from robojoule.inputs import LONGEST_S, counted, number_of, shown
 from robojoule.programs.operation_tree import (
-    LEAST_SPEED_PERCENT,
     PLANNED,
     MoveOperation,
     OperationTree,
     tree_from_configurations,
 )
+from robojoule.programs.tree_fields import LEAST_SPEED_PERCENT
 from robojoule.robots.pendant_file import ANGLES
 
 _SETTINGS: dict[str, Any] = {**PLANNED, "least_speed_percent": None, "fixed": False}  # with their defaults

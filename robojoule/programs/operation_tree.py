@@ -6,19 +6,27 @@ immutable: a plan is written back with `OperationTree.with_plan`, which returns 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
 
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
-from robojoule.inputs import LONGEST_S, real
+from robojoule.programs.tree_fields import (
+    Configuration,
+    Duration,
+    Name,
+    Number,
+    SpeedLimit,
+    accepts_degrees,
+    from_degrees,
+    inconsistent,
+    requires_type,
+)
 from robojoule.robots.pendant_file import Angles
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
@@ -30,73 +38,7 @@ PLANNED = {  # what plans change in moves, with its defaults
     "added_wait_before_s": 0.0,
     "added_wait_after_s": 0.0,
 }
-LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
 MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
-
-# Strict: text and booleans are not numbers in these files; integers are.
-Number = Annotated[float, Strict()]
-Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
-SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
-Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
-
-
-def _printable(name: str) -> str:
-    if not name.isprintable():
-        raise ValueError("a name holds printable characters only")
-    return name
-
-
-Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
-
-
-def _accepts_degrees(stem: str) -> Any:
-    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`."""
-    radians, degrees = f"{stem}_rad", f"{stem}_deg"
-
-    def edit(schema: dict[str, Any]) -> None:
-        properties = {}
-        for key, value in schema["properties"].items():
-            properties[key] = value
-            if key == radians:
-                text = value["description"].replace("[rad]", f"[deg] Instead of {radians}.")
-                properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
-        schema["properties"] = properties
-        schema["required"] = [key for key in schema["required"] if key != radians]
-        schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
-        if "type" in properties:
-            _requires_type(schema)
-
-    return edit
-
-
-def _requires_type(schema: dict[str, Any]) -> None:
-    """Make `type` obligatory in files, though Python code need not repeat it."""
-    schema["required"] = ["type", *schema["required"]]
-
-
-def _from_degrees(data: Any, stem: str) -> Any:
-    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there."""
-    radians, degrees = f"{stem}_rad", f"{stem}_deg"
-    if not isinstance(data, Mapping):
-        return data
-    if (radians in data) == (degrees in data):
-        raise ValueError(f"exactly one of {radians} and {degrees} must be given")
-    if degrees not in data:
-        return data
-    values = data[degrees]
-    if not isinstance(values, (list, tuple)) or not values or not all(_is_finite_number(value) for value in values):
-        raise PydanticCustomError("degrees", "this must be a list of finite numbers", {"key": degrees})
-    rest = {key: value for key, value in data.items() if key != degrees}
-    return {**rest, radians: [math.radians(value) for value in values]}
-
-
-def _is_finite_number(value: Any) -> bool:
-    return math.isfinite(real(value))
-
-
-def _inconsistent(key: str, problem: str) -> PydanticCustomError:
-    # Braces would be taken for a template by pydantic: the text travels as data.
-    return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
 
 
 class CoarseZone(Document):
@@ -124,7 +66,7 @@ Zone = Annotated[
 class MoveOperation(Document):
     """Point-to-point move to a joint configuration, with a stop there if the zone is fine."""
 
-    model_config = ConfigDict(json_schema_extra=_accepts_degrees("target"))
+    model_config = ConfigDict(json_schema_extra=accepts_degrees("target"))
 
     type: Literal["move"] = "move"
     name: Name = Field(description="Name, unique in the tree.")
@@ -149,7 +91,7 @@ class MoveOperation(Document):
     @model_validator(mode="before")
     @classmethod
     def _degrees(cls, data: Any) -> Any:
-        return _from_degrees(data, "target")
+        return from_degrees(data, "target")
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> MoveOperation:
@@ -179,7 +121,7 @@ class MoveOperation(Document):
 class WaitOperation(Document):
     """The robot stands still for a fixed time."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["wait"] = "wait"
     name: Name = Field(description="Name, unique in the tree.")
@@ -189,7 +131,7 @@ class WaitOperation(Document):
 class ProcessOperation(Document):
     """A process step (weld, screw, grip) at which the robot stands still."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["process"] = "process"
     name: Name = Field(description="Name, unique in the tree.")
@@ -202,7 +144,7 @@ class ProcessOperation(Document):
 class CompoundOperation(Document):
     """A named group of operations, executed in order; it moves nothing itself."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["compound"] = "compound"
     name: Name = Field(description="Name, unique in the tree.")
@@ -220,7 +162,7 @@ class OperationTree(Document):
     fine (thesis 2.1.3): the robot cannot stop inside a coarse zone.
     """
 
-    model_config = ConfigDict(json_schema_extra=_accepts_degrees("start"))
+    model_config = ConfigDict(json_schema_extra=accepts_degrees("start"))
 
     format: Literal["robojoule-operation-tree"] = Field(description="Marks the file format.")
     version: Literal[1] = Field(description="Version of the file format.")
@@ -235,19 +177,19 @@ class OperationTree(Document):
     @model_validator(mode="before")
     @classmethod
     def _degrees(cls, data: Any) -> Any:
-        return _from_degrees(data, "start")
+        return from_degrees(data, "start")
 
     @model_validator(mode="after")
     def _consistent(self) -> OperationTree:
         seen: dict[str, str] = {}
         for key, operation in self.walk():
             if operation.name in seen:
-                raise _inconsistent(
+                raise inconsistent(
                     f"{key}.name", f"the name '{operation.name}' is already used at {seen[operation.name]}"
                 )
             seen[operation.name] = key
         if not self.moves():
-            raise _inconsistent("operations", "the tree has no move operation")
+            raise inconsistent("operations", "the tree has no move operation")
         self._check_zones()
         return self
 
@@ -258,12 +200,12 @@ class OperationTree(Document):
                 continue
             problem = f"move '{step.name}' has a coarse zone"
             if following is None:
-                raise _inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
+                raise inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
             if not isinstance(following, MoveOperation):
                 text = f"{problem}, so a fine move must come before {following.type} '{following.name}'"
-                raise _inconsistent(f"{key}.zone", text)
+                raise inconsistent(f"{key}.zone", text)
             if step.all_after_s or following.all_before_s:
-                raise _inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
+                raise inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
 
     def walk(self) -> Iterator[tuple[str, Operation]]:
         """Every operation with its key in the file ("operations.0.operations.2"), parents before children."""

@@ -83,14 +83,14 @@ def test_fixed_moves_and_least_speeds_are_kept():
     settings = {
         "m0": {"speed_limit_percent": 83.3, "fixed": True},
         "m1": {"least_speed_percent": 66.6},
-        "m2": {"speed_limit_percent": 7.0},  # slower than profiles go: as it is
+        "m2": {"speed_limit_percent": 0.7},  # slower than plans go: as it is
     }
     for faster in (False, True):
-        plan = rj.optimize(given(**settings), kr16(), cycle_time=8.0, allow_faster=faster)
+        plan = rj.optimize(given(**settings), kr16(), cycle_time=120.0, allow_faster=faster)
         speeds = {move.name: move.speed_limit_percent for move in plan.moves}
         assert speeds["m0"] == 83.3
-        assert speeds["m1"] == 67.0
-        assert speeds["m2"] == 7.0 if not faster else speeds["m2"] >= 10.0
+        assert speeds["m1"] >= 67.0
+        assert speeds["m2"] == 0.7 if not faster else speeds["m2"] >= 1.0
 
 
 def test_a_cycle_time_that_only_faster_moves_reach_is_refused_with_both_figures():

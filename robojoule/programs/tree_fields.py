@@ -1,0 +1,80 @@
+"""Fields that the operations of a tree share: numbers, names, angles in radians or degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, Strict
+from pydantic_core import PydanticCustomError
+
+from robojoule.inputs import LONGEST_S, real
+
+LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
+
+# Strict: text and booleans are not numbers in these files; integers are.
+Number = Annotated[float, Strict()]
+Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
+SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
+Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
+
+
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name holds printable characters only")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
+
+
+def accepts_degrees(stem: str) -> Any:
+    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`."""
+    radians, degrees = f"{stem}_rad", f"{stem}_deg"
+
+    def edit(schema: dict[str, Any]) -> None:
+        properties = {}
+        for key, value in schema["properties"].items():
+            properties[key] = value
+            if key == radians:
+                text = value["description"].replace("[rad]", f"[deg] Instead of {radians}.")
+                properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
+        schema["properties"] = properties
+        schema["required"] = [key for key in schema["required"] if key != radians]
+        schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
+        if "type" in properties:
+            requires_type(schema)
+
+    return edit
+
+
+def requires_type(schema: dict[str, Any]) -> None:
+    """Make `type` obligatory in files, though Python code need not repeat it."""
+    schema["required"] = ["type", *schema["required"]]
+
+
+def from_degrees(data: Any, stem: str) -> Any:
+    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there."""
+    radians, degrees = f"{stem}_rad", f"{stem}_deg"
+    if not isinstance(data, Mapping):
+        return data
+    if (radians in data) == (degrees in data):
+        raise ValueError(f"exactly one of {radians} and {degrees} must be given")
+    if degrees not in data:
+        return data
+    values = data[degrees]
+    if not isinstance(values, (list, tuple)) or not values or not all(_is_finite_number(value) for value in values):
+        raise PydanticCustomError("degrees", "this must be a list of finite numbers", {"key": degrees})
+    rest = {key: value for key, value in data.items() if key != degrees}
+    return {**rest, radians: [math.radians(value) for value in values]}
+
+
+def _is_finite_number(value: Any) -> bool:
+    return math.isfinite(real(value))
+
+
+def inconsistent(key: str, problem: str) -> PydanticCustomError:
+    """What is wrong with a tree, and where."""
+    # Braces would be taken for a template by pydantic: the text travels as data.
+    return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
