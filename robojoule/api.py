@@ -22,13 +22,16 @@ from robojoule.formats.program import Program
 from robojoule.inputs import LONGEST_S, as_number, shown
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
+from robojoule.planning.guard import Guard
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
 from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -74,6 +77,8 @@ def optimize(
     profiles: Profiles | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
 ) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -94,23 +99,30 @@ def optimize(
         runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
             simulated profiles they tell the controller's timing alone.
         cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
+        peak_power_w: Largest mains power that the cycle may draw, by simulation; any if not given. [W]
+        allow_overload_percent: By how much torques may exceed the peak limits. [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the cycle time, the reserve, the step or a run is not valid.
+        InputError: The program does not fit the robot, an argument or a run is not valid, a joint torque exceeds its
+            peak limit, or the largest power cannot be kept.
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    step_percent = check_speed_step(speed_step)
-    at_full_speed = _checked_program(program).tree.without_plan(full_speed=True)
-    batch = _moving(program, robot, at_full_speed if allow_faster else None)  # motions and optimisation graph
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    as_given, program = program, _in_model_angles(program, robot)
+    at_full_speed = program.tree.without_plan(full_speed=True)
+    batch = _moving(program, guard.bearing(robot), at_full_speed if allow_faster else None)  # motions and graph
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious)
-    if runs is not None:
-        known = _checked_runs(runs, program)
-        if source != "simulated":
-            return planned_on_runs(program, batch, known, wish)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    known = None if runs is None else _checked_runs(runs, program)
+    if known is not None and source == "simulated":
         batch = _with_timing(batch, known)
-    return planned(program, batch, at_full_speed, wish)
+    batch = guard.bounded(batch)
+    if known is None or source == "simulated":
+        plan = planned(program, batch, at_full_speed, wish)
+    else:
+        plan = planned_on_runs(program, batch, known, wish)
+    return guard.told(plan, as_given, robot)
 
 
 @_finite
@@ -124,6 +136,8 @@ def adjust(
     speed_step: float = SPEED_STEP_PERCENT,
     reserve: float | str = 0.0,
     cautious: bool = False,
+    peak_power_w: float | None = None,
+    allow_overload_percent: float = 0.0,
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
@@ -139,6 +153,8 @@ def adjust(
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
+        peak_power_w: See `optimize`. [W]
+        allow_overload_percent: See `optimize`. [%]
 
     Raises:
         InputError: Neither or both of cycle and runs are given, or see `optimize`.
@@ -146,20 +162,23 @@ def adjust(
     """
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
-    step_percent = check_speed_step(speed_step)
-    full_speed = _checked_program(program).tree.without_plan(full_speed=True)
-    batch = _moving(program, robot, full_speed)
+    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    as_given, program = program, _in_model_angles(program, robot)
+    full_speed = program.tree.without_plan(full_speed=True)
+    batch = guard.bounded(_moving(program, guard.bearing(robot), full_speed))
     asked = cycle_time
     if asked is None:
         if runs is not None:
             raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
         asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
     source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(asked, reserve, step_percent, source, cautious)
+    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
     if runs is not None:
-        return planned_on_runs(program, batch, _checked_runs(runs, program), wish)
-    measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
-    return adjusted(program, batch, full_speed, measured_s, wish)
+        plan = planned_on_runs(program, batch, _checked_runs(runs, program), wish)
+    else:
+        measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
+        plan = adjusted(program, batch, full_speed, measured_s, wish)
+    return guard.told(plan, as_given, robot)
 
 
 @_finite
@@ -173,6 +192,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
+    program = _in_model_angles(program, robot)
     return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
 
 
@@ -188,8 +208,13 @@ def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> Tra
     Raises:
         InputError: The program does not fit the robot.
     """
-    faster = _checked_program(program).tree.without_plan(full_speed=True) if allow_faster else None
-    return trade_offs(_moving(program, robot, faster))[0]
+    as_given, program = program, _in_model_angles(program, robot)
+    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
+    batch = _moving(program, robot, faster)
+    fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    found = trade_offs(batch)[0]
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
 @_finite
@@ -279,6 +304,7 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     """
     from robojoule.calibration import timing
 
+    program = _in_model_angles(program, robot)
     batch = _moving(program, robot)
     return timing.identify_timing(batch.paths, _checked_runs(runs, program))
 
@@ -310,6 +336,14 @@ def _moving(program: Program, robot: Robot, tree: OperationTree | None = None) -
     if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
         raise InputError("there is no motion: all positions of the program are the same", file=program.path)
     return batch
+
+
+def _in_model_angles(program: Program, robot: Robot) -> Program:
+    """The program in angles of the robot's model, checked where it is in others."""
+    if _checked_program(program).angles == "model":
+        return program
+    program.check(_checked_robot(robot))
+    return replace(program, tree=in_model_angles(program.tree, robot))
 
 
 def _checked_program(program: Program) -> Program:

@@ -13,8 +13,9 @@ from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
-from robojoule.errors import InputError
+from robojoule.errors import InputError, each_of, refuse
 from robojoule.inputs import shown
 
 
@@ -222,20 +223,21 @@ def parse(model: type[D], data: Any, source: str | Path) -> D:
     """Validate `data` against `model`.
 
     Raises:
-        InputError: First violation, with its key and what is allowed.
+        InputError: Every violation, with its key and what is allowed.
     """
     try:
         return model.model_validate(data)
     except InputError as error:  # raised by a validator that knows the key, but not the file
-        raise InputError(error.problem, file=source, key=error.key, allowed=error.allowed) from None
+        refuse([InputError(e.problem, file=source, key=e.key, allowed=e.allowed) for e in each_of(error)])
     except ValidationError as error:
-        raise _first_error(error, model, source) from None
+        found = error.errors(include_url=False)
+        # A misspelt key shows as an unknown one and a missing one: the unknown one points at the typing error.
+        found.sort(key=lambda details: details["type"] != "extra_forbidden")
+        refuse([_violation(details, model, source) for details in found])
+    raise AssertionError("a refusal without a reason")
 
 
-def _first_error(error: ValidationError, model: type[BaseModel], source: str | Path) -> InputError:
-    found = error.errors(include_url=False)
-    # A misspelt key shows as an unknown one and a missing one: the unknown one points at the typing error.
-    details = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
+def _violation(details: ErrorDetails, model: type[BaseModel], source: str | Path) -> InputError:
     key = ".".join(str(part) for part in details["loc"]) or None
     if details["type"] == "extra_forbidden":
         names = _sibling_names(model, details["loc"][:-1])

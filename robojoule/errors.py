@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 LONGEST_MESSAGE = 260  # characters: with the name of a command before it, a message stays under 300
 _SHORTEST_PART = 40
 
 
 class RobojouleError(Exception):
-    """Base of everything that robojoule raises on purpose."""
+    """Base of everything that robojoule raises on purpose; it travels between processes, whatever its arguments."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.args, vars(self))
+
+
+def _restored(kind: type[RobojouleError], said: tuple[Any, ...], state: dict[str, Any]) -> RobojouleError:
+    error = kind.__new__(kind, *said)
+    vars(error).update(state)
+    return error
 
 
 class InputError(RobojouleError):
@@ -39,6 +50,31 @@ class InputError(RobojouleError):
         where = ", ".join(filter(None, places))
         message = f"{where}: {said}" if where else said
         super().__init__(f"{message}; allowed: {right}" if right else message)
+
+
+class InputErrors(InputError):
+    """Several things in the user's input cannot be used; the message is the first one's and counts the others.
+
+    Args:
+        errors: Each of them, at least two.
+    """
+
+    def __init__(self, errors: Sequence[InputError]) -> None:
+        first = errors[0]
+        self.errors = tuple(errors)
+        problem = f"{first.problem} (and {len(errors) - 1} more)"
+        super().__init__(problem, file=first.file, key=first.key, allowed=first.allowed)
+
+
+def refuse(errors: Sequence[InputError]) -> None:
+    """Raise what was found, if anything was: one error as it is, several as `InputErrors`."""
+    if errors:
+        raise errors[0] if len(errors) == 1 else InputErrors(errors)
+
+
+def each_of(error: InputError) -> tuple[InputError, ...]:
+    """The single findings of an error."""
+    return error.errors if isinstance(error, InputErrors) else (error,)
 
 
 def _fitting(*parts: str | None) -> list[str]:

@@ -11,6 +11,7 @@ import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
@@ -35,7 +36,7 @@ class TestOptimize:
         given = changed(30.0, waits_after_s={"move-2": 0.5})
         as_given = rj.simulate(given, robot)
         plan = rj.optimize(given, robot, cycle_time="+10%", allow_faster=True)
-        assert plan.cycle_time_s == pytest.approx(1.1 * as_given.cycle_time_s, abs=1e-6)
+        assert plan.cycle_time_s == pytest.approx(1.1 * as_given.cycle_time_s, abs=WAIT_STEP_S)
         assert plan.least_cycle_time_s < as_given.cycle_time_s - 0.1
         assert plan.moves[1].wait_after_s >= 0.5
         home_w = TreeBatch(robot, [given.tree]).idle_post_w[-1]
@@ -46,7 +47,7 @@ class TestOptimize:
         given = changed(25.0)
         plan = rj.optimize(given, robot, cycle_time="+0%", allow_faster=True)
         as_given = rj.simulate(given, robot)
-        assert plan.cycle_time_s == pytest.approx(as_given.cycle_time_s, abs=1e-6)
+        assert plan.cycle_time_s == pytest.approx(as_given.cycle_time_s, abs=WAIT_STEP_S)
         assert plan.energy_given_j == pytest.approx(as_given.energy_j, rel=1e-9)
         assert plan.saving_percent > 1.0
         assert plan.energy_unoptimized_j > plan.energy_j
@@ -55,7 +56,7 @@ class TestOptimize:
         plan = rj.optimize(changed(30.0), robot, cycle_time=4.0)
         last = PROGRAM.moves[-1].name
         fastest = rj.simulate(PROGRAM, robot)
-        waiting = changed(100.0, waits_after_s={last: 4.0 - fastest.cycle_time_s})
+        waiting = changed(100.0, waits_after_s={last: plan.cycle_time_s - fastest.cycle_time_s})
         assert plan.energy_unoptimized_j == pytest.approx(rj.simulate(waiting, robot).energy_j, rel=1e-9)
         assert plan.least_cycle_time_s == pytest.approx(rj.simulate(changed(30.0), robot).cycle_time_s, rel=1e-12)
         faster = rj.optimize(changed(30.0), robot, cycle_time=4.0, allow_faster=True)
@@ -65,7 +66,7 @@ class TestOptimize:
         slow = Program(PROGRAM.tree.with_plan({move.name: 10.0 for move in PROGRAM.moves}))
         as_given = rj.simulate(slow, robot)
         plan = rj.optimize(slow, robot, cycle_time=as_given.cycle_time_s / 2.0, allow_faster=True)
-        assert plan.cycle_time_s == pytest.approx(as_given.cycle_time_s / 2.0, abs=1e-6)
+        assert plan.cycle_time_s == pytest.approx(as_given.cycle_time_s / 2.0, abs=WAIT_STEP_S)
         assert plan.energy_given_j == as_given.energy_j
         assert "longer than the plan" in plan.warnings[0]
 

@@ -1,7 +1,8 @@
 """The command line: `robojoule COMMAND ...`.
 
 Each command is a module of this package with `add_arguments(parser)`, `run(arguments) -> dict` and `show(result)`. The
-dictionary is what `--json` prints; `show` prints it for people. A module is imported only when its command runs.
+dictionary is what `--json` prints; `show` prints it for people, and `exit_code(result)`, where there is one, says what
+to exit with. A module is imported only when its command runs.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from robojoule.errors import InputError, RobojouleError
 
 COMMANDS = {
     "example": "write a program or a script to start from",
-    "robots": "list the robots of the catalog",
+    "robots": "list the robots of the catalog, check a robot file, scale drives for a URDF",
     "profile": "energy over duration of one motion",
     "simulate": "cycle time, energy, largest power and torque of a program as it stands",
     "optimize": "speed limits and waits with the least energy for a cycle time",
@@ -74,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = next((word for word in words if not word.startswith("-")), None)
     name = f"robojoule {command}" if command in COMMANDS else "robojoule"
     try:
-        _run(words, command)
+        return _run(words, command)
     except KeyboardInterrupt:
         return _ended(f"{name}: interrupted", INTERRUPTED)
     except InputError as error:
@@ -83,10 +84,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _ended(f"{name}: {error}", 1)
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         return _ended(None, 1)
-    return 0
 
 
-def _run(words: list[str], command: str | None) -> None:
+def _run(words: list[str], command: str | None) -> int:
     if command is not None and command not in COMMANDS:
         from robojoule.inputs import unknown_name
 
@@ -96,7 +96,7 @@ def _run(words: list[str], command: str | None) -> None:
     try:
         result = module.run(parsed)
     except InputError as error:
-        name = (error.key or "").removesuffix("_s")  # options leave the unit out
+        name = re.sub("_(s|w|percent)$", "", error.key or "")  # options leave the unit out
         if error.file is None and name in vars(parsed):  # said as it was typed
             raise InputError(error.problem, key=f"--{name.replace('_', '-')}", allowed=error.allowed) from None
         raise
@@ -110,6 +110,8 @@ def _run(words: list[str], command: str | None) -> None:
         raise
     except OSError as error:
         raise RobojouleError(f"the result cannot be printed ({error.strerror})") from None
+    code: int = module.exit_code(result) if hasattr(module, "exit_code") else 0
+    return code
 
 
 def _ended(message: str | None, code: int) -> int:

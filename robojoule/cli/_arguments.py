@@ -14,6 +14,7 @@ from robojoule.inputs import as_path, number_of, shown
 
 if TYPE_CHECKING:
     from robojoule.arrays import Array
+    from robojoule.formats.program import Program
     from robojoule.robots.robot import Robot
 
 _MOST_DIGITS = 10
@@ -24,12 +25,31 @@ def add_program(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "program", type=Path, metavar="PROGRAM", help="operation tree (YAML, JSON) or joint positions (CSV)"
     )
+    add_angles(parser, "as the file says, else model")
 
 
-def add_robot(parser: argparse.ArgumentParser, *, default: str | None = None) -> None:
-    """Add --robot and the payload's arguments."""
+def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
+    """Add --angles."""
     parser.add_argument(
-        "--robot", default=default, required=default is None, metavar="NAME", help="catalog name, robot file or URDF"
+        "--angles",
+        choices=("model", "pendant"),
+        help=f"whether joint angles are those of the robot's model or as its pendant shows them (default: {of})",
+    )
+
+
+def program_of(arguments: argparse.Namespace) -> Program:
+    """The program that the arguments name, its angles taken as they say."""
+    from robojoule.formats.program import load_program
+
+    program = load_program(arguments.program)
+    return program if arguments.angles is None else program.counted_as(arguments.angles)
+
+
+def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:
+    """Add --robot and the payload's arguments."""
+    said = " (default: the one that the program names)" if named_by_program else ""
+    parser.add_argument(
+        "--robot", required=not named_by_program, metavar="NAME", help=f"catalog name, robot file or URDF{said}"
     )
     parser.add_argument(
         "--payload",
@@ -69,23 +89,45 @@ def add_measurements(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def robot_of(arguments: argparse.Namespace) -> Robot:
-    """The robot that the arguments name, with its payload."""
+def add_bounds(parser: argparse.ArgumentParser) -> None:
+    """Add what a plan must keep beside its cycle time."""
+    parser.add_argument(
+        "--peak-power", type=number, metavar="W", help="largest mains power that the cycle may draw [W] (default: any)"
+    )
+    parser.add_argument(
+        "--allow-overload",
+        type=number,
+        default=0.0,
+        metavar="PERCENT",
+        help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
+    )
+
+
+def robot_of(arguments: argparse.Namespace, program: Program | None = None) -> Robot:
+    """The robot that the arguments name, or else the program, with its payload."""
     from robojoule.robots import load_robot
     from robojoule.robots.robot import Payload
 
-    return load_robot(arguments.robot, Payload(arguments.payload, tuple(arguments.payload_com)))
+    name = arguments.robot if arguments.robot is not None or program is None else program.robot
+    if name is None:
+        raise InputError("the program does not say which robot it is for", key="--robot", allowed="a robot's name")
+    return load_robot(name, Payload(arguments.payload, tuple(arguments.payload_com)))
 
 
-def joints_of(degrees: Sequence[float], robot: Robot, where: str) -> Array:
-    """Joint positions in degrees as radians.
+def joints_of(degrees: Sequence[float], robot: Robot, where: str, angles: str | None = None) -> Array:
+    """Joint positions in degrees, of the model or as the pendant shows them, as radians of the model.
 
     Raises:
         InputError: Not a configuration of this robot.
     """
     import numpy as np
 
-    return robot.check_configuration(np.radians(degrees), where)
+    positions = np.radians(degrees)
+    if angles == "pendant" and positions.shape == (robot.joint_count,):
+        from robojoule.robots.pendant import PendantAngles
+
+        positions = PendantAngles.of(robot).model_rad(positions)
+    return robot.check_configuration(positions, where)
 
 
 def numbers(text: str) -> list[float]:

@@ -10,6 +10,15 @@ def show_head(result: dict[str, Any]) -> None:
     print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
 
 
+def show_loads(result: dict[str, Any], where: str = "") -> None:
+    """Print the largest power and torques."""
+    print(
+        f"{where}largest mains power {result['peak_power_w']:.1f} W, "
+        f"largest torque {100.0 * result['peak_torque_ratio']:.1f} % of its peak limit, "
+        f"{100.0 * result['rms_torque_ratio']:.1f} % of the continuous one (root mean square)"
+    )
+
+
 def show_moves(result: dict[str, Any]) -> None:
     """Print the moves as a table, and what to know."""
     width = max(len("move"), *(len(move["name"]) for move in result["moves"]))

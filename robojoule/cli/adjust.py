@@ -6,7 +6,16 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, number, robot_of
+from robojoule.cli._arguments import (
+    add_bounds,
+    add_measurements,
+    add_program,
+    add_robot,
+    check_outputs,
+    number,
+    program_of,
+    robot_of,
+)
 from robojoule.cli.optimize import show
 
 __all__ = ["add_arguments", "run", "show"]
@@ -15,7 +24,7 @@ __all__ = ["add_arguments", "run", "show"]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The plan that ran, what was measured, and output."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument("--measured-cycle", type=number, metavar="S", help="what the cycle took on the machine [s]")
     parser.add_argument(
         "--cycle-time", metavar="T", help="cycle time asked for [s] (default: the plan's own by the robot's file)"
@@ -28,26 +37,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
     )
     add_measurements(parser)
+    add_bounds(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan again, and write what is asked for."""
     from robojoule.api import adjust
-    from robojoule.formats.program import load_program
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    program = program_of(arguments)
     plan = adjust(
-        load_program(arguments.program),
-        robot_of(arguments),
+        program,
+        robot_of(arguments, program),
         measured_cycle=arguments.measured_cycle,
         runs=arguments.runs,
         cycle_time=arguments.cycle_time,
         speed_step=arguments.speed_step,
         reserve=arguments.reserve,
         cautious=arguments.cautious,
+        peak_power_w=arguments.peak_power,
+        allow_overload_percent=arguments.allow_overload,
     )
     if arguments.out is not None:
         plan.save(arguments.out)

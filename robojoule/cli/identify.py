@@ -81,7 +81,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.plot:
         contents[Path(arguments.plot)] = drawing_of(result, Path(arguments.plot).suffix)
     write_files(contents)
-    return {**result.to_dict(), "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
+    told = result.to_dict()
+    told["warnings"] = [*map(str, robot.doubts), *told["warnings"]]
+    return {**told, "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
 
 
 def _of_runs(arguments: argparse.Namespace, robot: Robot) -> dict[str, Any]:

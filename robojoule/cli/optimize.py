@@ -6,14 +6,23 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_measurements, add_program, add_robot, check_outputs, number, robot_of
-from robojoule.cli._output import show_head, show_moves, show_outlook, show_written
+from robojoule.cli._arguments import (
+    add_bounds,
+    add_measurements,
+    add_program,
+    add_robot,
+    check_outputs,
+    number,
+    program_of,
+    robot_of,
+)
+from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, cycle time and output."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--cycle-time",
         required=True,
@@ -36,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KIND",
         help="where energies come from: simulated (default), predicted, measured (default with --runs)",
     )
+    add_bounds(parser)
     parser.add_argument(
         "--out",
         type=Path,
@@ -47,17 +57,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
-    from robojoule.formats.program import load_program
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    program = program_of(arguments)
     plan = optimize(
-        load_program(arguments.program),
-        robot_of(arguments),
+        program,
+        robot_of(arguments, program),
         cycle_time=arguments.cycle_time,
         allow_faster=arguments.allow_faster,
         speed_step=arguments.speed_step,
+        peak_power_w=arguments.peak_power,
+        allow_overload_percent=arguments.allow_overload,
         reserve=arguments.reserve,
         profiles=arguments.profiles,
         runs=arguments.runs,
@@ -82,6 +94,7 @@ def show(result: dict[str, Any]) -> None:
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    show_loads(result)
     show_outlook(result)
     show_moves(result)
     show_written(result, "out")

@@ -8,8 +8,8 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, check_outputs, robot_of
-from robojoule.cli._output import show_head, show_written
+from robojoule.cli._arguments import add_program, add_robot, check_outputs, program_of, robot_of
+from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
 
@@ -17,7 +17,7 @@ _ROWS_SHOWN = 12
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Program, robot, range and outputs."""
     add_program(parser)
-    add_robot(parser)
+    add_robot(parser, named_by_program=True)
     parser.add_argument(
         "--until",
         choices=("least", "waiting"),
@@ -35,10 +35,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
     from robojoule.api import pareto
     from robojoule.documents import write_files
-    from robojoule.formats.program import load_program
 
     check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
-    found = pareto(load_program(arguments.program), robot_of(arguments), allow_faster=arguments.allow_faster)
+    program = program_of(arguments)
+    found = pareto(program, robot_of(arguments, program), allow_faster=arguments.allow_faster)
     result = found.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
@@ -63,6 +63,7 @@ def show(result: dict[str, Any]) -> None:
         f"least energy {result['best_energy_j']:.1f} J at {result['best_cycle_time_s']:.4f} s; from "
         f"{result['waiting_cycle_time_s']:.4f} s on more time is waited at {result['waiting_power_w']:.1f} W"
     )
+    show_loads(result, "in the fastest cycle: ")
     print("cycle time [s]  energy [J]  marginal power [W]")
     points = result["points"]
     shown = range(0, len(points), max(len(points) // _ROWS_SHOWN, 1))
@@ -77,4 +78,6 @@ def show(result: dict[str, Any]) -> None:
         print(
             f"a profile is not convex: between breakpoints the curve may be up to {result['hull_excess_j']:.2f} J low"
         )
+    for warning in result["warnings"]:
+        print(f"warning: {warning}")
     show_written(result, "csv", "plot")

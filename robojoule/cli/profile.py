@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_robot, check_outputs, joints_of, numbers, robot_of, whole_number
+from robojoule.cli._arguments import add_angles, add_robot, check_outputs, joints_of, numbers, robot_of, whole_number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--to", dest="end", required=True, type=numbers, metavar="DEG", help="end joints, comma-separated [deg]"
     )
+    add_angles(parser, "model")
     parser.add_argument(
         "--points", type=whole_number, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
     )
@@ -34,7 +35,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     check_outputs(arguments, ["robot"], {"plot": [".svg"]})
     robot = robot_of(arguments)
-    start, end = joints_of(arguments.start, robot, "--from"), joints_of(arguments.end, robot, "--to")
+    start, end = (
+        joints_of(joints, robot, option, arguments.angles)
+        for joints, option in ((arguments.start, "--from"), (arguments.end, "--to"))
+    )
     profile = energy_profile(robot, start, end, points=arguments.points)
     if arguments.plot:
         from robojoule.documents import write_text

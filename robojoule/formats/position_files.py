@@ -1,9 +1,10 @@
 """Joint positions as CSV: the first row is the start of the cycle, each further one the target of a fine move.
 
 The header names the columns, in any order: `q1_deg ..` or `q1_rad ..`, one per joint; `name`, `speed_limit_percent`,
-`wait_before_s`, `wait_after_s`, the other settings of moves and `robot` may be left out. Cells are separated by commas
-and stripped; empty rows are skipped; an empty cell of a setting is the default. The program is called after the file;
-the first row names the robot that it is written for, if it is for one alone.
+`wait_before_s`, `wait_after_s`, the other settings of moves, `robot` and `angles` may be left out. Cells are separated
+by commas and stripped; empty rows are skipped; an empty cell of a setting is the default. The program is called after
+the file; the first row names the robot that it is written for, if it is for one alone, and says whether its angles are
+those of the robot's model (the default) or of its pendant.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pydantic import ValidationError
 
 from robojoule.documents import decoded, read_bytes, with_plain_line_ends, write_text
 from robojoule.errors import InputError
+from robojoule.formats.exact_degrees import exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.table_text import text_with_columns
 from robojoule.formats.tree_text import number_text
@@ -31,12 +33,13 @@ from robojoule.programs.operation_tree import (
     OperationTree,
     tree_from_configurations,
 )
+from robojoule.robots.pendant_file import ANGLES
 
 _SETTINGS: dict[str, Any] = {**PLANNED, "least_speed_percent": None, "fixed": False}  # with their defaults
 _ALWAYS = ("speed_limit_percent", "wait_before_s", "wait_after_s")  # written even where all are defaults
 _WORDS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 _COLUMNS = (
-    "q1_deg .. or q1_rad .., name, robot, speed_limit_percent, least_speed_percent, fixed, "
+    "q1_deg .. or q1_rad .., name, robot, angles, speed_limit_percent, least_speed_percent, fixed, "
     "[added_]wait_before_s, [added_]wait_after_s"
 )
 _JOINT = re.compile(r"q([1-9]\d?)_(deg|rad)")
@@ -63,8 +66,13 @@ class PositionFiles:
             if start.setting(column) != default:
                 raise start.error(column, "the first row is the start of the cycle, not a move", "an empty cell")
         for row in targets:
-            if row.cells.get("robot"):
-                raise row.error("robot", "the robot is named in the first row alone", "an empty cell")
+            for column in ("robot", "angles"):
+                if row.cells.get(column):
+                    what = "the robot is" if column == "robot" else "angles are"
+                    raise row.error(column, f"{what} named in the first row alone", "an empty cell")
+        angles = start.cells.get("angles") or ANGLES[0]
+        if angles not in ANGLES:
+            raise start.error("angles", f"unknown angles {shown(angles)}", ", ".join(ANGLES))
         positions = [[row.number(column) for column in joints] for row in rows]
         if joints[0].endswith("deg"):
             positions = [[math.radians(value) for value in row] for row in positions]
@@ -76,6 +84,8 @@ class PositionFiles:
         except ValidationError as error:  # a name of the file, the robot or a move that no program may have
             details = error.errors(include_url=False)[0]
             raise InputError(f"{details['msg']} (found {shown(details['input'])})", file=path) from None
+        if start.cells.get("angles"):
+            tree = tree.model_copy(update={"angles": angles})
         moves = dict(zip((move.name for move in tree.moves()), targets, strict=True))
         settings = {name: {column: row.setting(column) for column in _SETTINGS} for name, row in moves.items()}
         for row in targets:
@@ -93,28 +103,32 @@ class PositionFiles:
         Angles are in degrees if these read as the very same positions, as they do where they come from degrees.
         """
         moves = _flat_moves(tree, path)
-        kept = None if text is None else self._kept(text, moves, path)
-        if kept is not None and self._reading(kept, path).tree.operations == tree.operations:
+        kept = None if text is None else self._kept(text, moves, tree.angles, path)
+        held = None if kept is None else self._reading(kept, path).tree
+        if kept is not None and held is not None and (held.operations, held.angles) == (tree.operations, tree.angles):
             write_text(path, kept)
             return
         unit, positions = _positions([tree.start_rad, *(move.target_rad for move in moves)])
         joints = [f"q{joint}_{unit}" for joint in range(1, len(positions[0]) + 1)]
-        robot = {} if tree.robot is None else {"robot": tree.robot}
+        said = {} if tree.robot is None else {"robot": tree.robot}
+        said |= {} if tree.angles == "model" else {"angles": tree.angles}
         used = [k for k, default in _SETTINGS.items() if k in _ALWAYS or any(getattr(m, k) != default for m in moves)]
-        settings = [robot, *({"name": move.name} | {key: _cell(getattr(move, key)) for key in used} for move in moves)]
+        settings = [said, *({"name": move.name} | {key: _cell(getattr(move, key)) for key in used} for move in moves)]
         table = io.StringIO()
-        writer = csv.DictWriter(table, ["name", *joints, *used, *robot], restval="", lineterminator="\n")
+        writer = csv.DictWriter(table, ["name", *joints, *used, *said], restval="", lineterminator="\n")
         writer.writeheader()
         for row, values in zip(settings, positions, strict=True):
             writer.writerow(row | dict(zip(joints, values, strict=True)))
         write_text(path, table.getvalue())
 
-    def _kept(self, text: str, moves: list[MoveOperation], path: Path) -> str | None:
+    def _kept(self, text: str, moves: list[MoveOperation], angles: str, path: Path) -> str | None:
         """The text with other speed limits and waits; None if it has other moves."""
         _, start, *rows = _rows(text, path)
         if len(rows) != len(moves):
             return None
         columns: dict[str, list[str | None]] = {}
+        if angles != (start.cells.get("angles") or ANGLES[0]):
+            columns["angles"] = [angles, *[None if "angles" in start.cells else ""] * len(moves)]
         for key in PLANNED:
             wanted = [float(getattr(move, key)) for move in moves]
             there = [row.setting(key) for row in rows]
@@ -213,7 +227,7 @@ def _joint_columns(header: _Row) -> list[str]:
             units.append(match[2])
             if match[2] != units[0]:
                 raise header.error(column, "positions are given in degrees and in radians", "one unit for all joints")
-        elif column not in ("name", "robot", *_SETTINGS):
+        elif column not in ("name", "robot", "angles", *_SETTINGS):
             raise header.error(column or None, "unknown column" if column else "a column has no name", _COLUMNS)
     if not joints:
         raise header.error(None, "there are no joint positions", _COLUMNS)
@@ -238,15 +252,8 @@ def _names(rows: list[_Row]) -> list[str]:
 
 def _positions(radians: list[tuple[float, ...]]) -> tuple[str, list[list[float]]]:
     """Positions as they are written, with their unit."""
-    degrees = [[_degrees(value) for value in row] for row in radians]
-    exact = [[value for value in row if value is not None] for row in degrees]
-    return ("deg", exact) if exact == degrees else ("rad", [list(row) for row in radians])
-
-
-def _degrees(radians: float) -> float | None:
-    """The shortest number of degrees that reads as these radians, None if there is none."""
-    numbers = (float(f"{math.degrees(radians):.{digits}g}") for digits in range(1, 18))
-    return next((number for number in numbers if math.radians(number) == radians), None)
+    degrees = exact_degrees(radians)
+    return ("rad", [list(row) for row in radians]) if degrees is None else ("deg", degrees)
 
 
 def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError
 from robojoule.formats.registry import format_of
+from robojoule.formats.tree_files import TreeFiles
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
+from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
 
 
@@ -58,6 +60,21 @@ class Program:
         """Moves in order of execution."""
         return self.tree.moves()
 
+    @property
+    def angles(self) -> Angles:
+        """Whether its angles are those of the robot's model or as the pendant shows them."""
+        return self.tree.angles
+
+    def counted_as(self, angles: str) -> Program:
+        """The program with the same numbers, taken as angles of the model or of the pendant.
+
+        Raises:
+            InputError: Neither of the two is named.
+        """
+        if angles not in ANGLES:
+            raise InputError(f"unknown angles {shown(angles)}", key="angles", allowed=", ".join(ANGLES))
+        return replace(self, tree=self.tree.model_copy(update={"angles": angles}))
+
     def check(self, robot: Robot) -> None:
         """Check that a robot can execute the program; see `check_tree`.
 
@@ -66,10 +83,14 @@ class Program:
         """
         check_tree(self.tree, robot, self.path, self.places)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, remarks: Sequence[str] | None = None) -> None:
         """Write the program in the format that the suffix names.
 
         In the format that it was read from, comments, units and the order of keys stay as they were.
+
+        Args:
+            path: File to write.
+            remarks: What comments of a YAML file shall say of the plan, a line each; other formats have none.
 
         Raises:
             InputError: Unknown suffix, a program that the format cannot hold, or a file that cannot be written.
@@ -77,7 +98,11 @@ class Program:
         target = as_path(path, "path")
         check_output(target)
         found = format_of(target)
-        found.write(self.tree, target, self.text if found.name == self.format else None)
+        text = self.text if found.name == self.format else None
+        if isinstance(found, TreeFiles):
+            found.write(self.tree, target, text, remarks)
+        else:
+            found.write(self.tree, target, text)
 
 
 def load_program(path: str | Path) -> Program:

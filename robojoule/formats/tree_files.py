@@ -8,10 +8,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from robojoule.documents import data_of, read_document_text, write_document, write_text
+from robojoule.documents import data_of, document_text, read_document_text, write_document, write_text
 from robojoule.errors import InputError
+from robojoule.formats.exact_degrees import exact_degrees
 from robojoule.formats.format import Reading
-from robojoule.formats.tree_text import text_with_plan
+from robojoule.formats.tree_text import text_with_plan, text_with_remarks
 from robojoule.inputs import shown
 from robojoule.programs.operation_tree import (
     CoarseZone,
@@ -32,7 +33,11 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 class TreeFiles:
-    """Files of operation trees; angles in radians or degrees when read, written as they were or else in radians."""
+    """Files of operation trees.
+
+    Angles are in radians or degrees when read; they are written as they were, or else in degrees if these read as the
+    very same radians.
+    """
 
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
@@ -43,15 +48,28 @@ class TreeFiles:
         data = data_of(text, path)
         return Reading(parse_tree(data, path), _keys_in_degrees(data), text)
 
-    def write(self, tree: OperationTree, path: Path, text: str | None = None) -> None:
-        """Write a file; see `robojoule.formats.format.Format`."""
+    def write(
+        self, tree: OperationTree, path: Path, text: str | None = None, remarks: Sequence[str] | None = None
+    ) -> None:
+        """Write a file; see `robojoule.formats.format.Format`.
+
+        Args:
+            tree: See there.
+            path: See there.
+            text: See there.
+            remarks: What comments of a YAML file shall say of the plan, in place of those of an earlier plan; if not
+                given, these stay as long as the plan does.
+        """
         kept = None if text is None else text_with_plan(text, tree)
         if kept is not None and _held(kept, path, path) == tree:
-            write_text(path, kept)
+            content = kept
         elif kept is not None and _held(kept, path, Path("any.yaml")) == tree:  # from YAML to JSON or back
-            write_document(path, data_of(kept, "any.yaml"))
+            content = document_text(path.suffix, data_of(kept, "any.yaml"))
         else:
-            save_tree(tree, path)
+            content = document_text(path.suffix, tree_to_data(tree, as_degrees=True))
+        if path.suffix.lower() != ".json" and (remarks is not None or content != text):
+            content = text_with_remarks(content, remarks or ())
+        write_text(path, content)
 
 
 def _held(text: str, path: Path, read_as: Path) -> OperationTree | None:
@@ -89,19 +107,34 @@ def save_tree(tree: OperationTree, path: str | Path) -> None:
     write_document(path, tree_to_data(tree))
 
 
-def tree_to_data(tree: OperationTree) -> dict[str, Any]:
-    """Plain data of a tree as it stands in a file; `parse_tree` of it gives the same tree."""
+def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, Any]:
+    """Plain data of a tree as it stands in a file; `parse_tree` of it gives the same tree.
+
+    Args:
+        tree: The tree.
+        as_degrees: Whether to give angles in degrees, if these read as the very same radians.
+    """
+    degrees = exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
+    pending = iter(degrees or ())
 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:
         fields = _MODELS[operation["type"]].model_fields
         kept = {k: v for k, v in operation.items() if k in ("type", "zone") or v != fields[k].default}
         if "operations" in kept:
             kept["operations"] = [compact(child) for child in kept["operations"]]
-        return kept
+        return in_unit(kept, "target")
 
-    data: dict[str, Any] = tree.model_dump(mode="json")
-    if data["robot"] is None:
-        del data["robot"]
+    def in_unit(data: dict[str, Any], stem: str) -> dict[str, Any]:
+        """Data whose angles, if it has any, are those that come next in degrees, if all are to be in degrees."""
+        radians = f"{stem}_rad"
+        if degrees is None or radians not in data:
+            return data
+        return {f"{stem}_deg" if k == radians else k: next(pending) if k == radians else v for k, v in data.items()}
+
+    data = in_unit(tree.model_dump(mode="json"), "start")
+    for key in ("robot", "angles"):
+        if data[key] == OperationTree.model_fields[key].default:
+            del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}
 
 

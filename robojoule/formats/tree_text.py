@@ -7,13 +7,14 @@ in its place, one that has no place yet is added to its move.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import yaml
 
 from robojoule.programs.operation_tree import PLANNED, MoveOperation, OperationTree
 
+_REMARK = "# robojoule: "
 _ESCAPE = re.compile(r"\\(?:u[0-9a-fA-F]{4}|.)")
 _LINE_END = re.compile(r"[\r\n]")
 _ALIAS = re.compile(r"\s*:\s*(\*[^\s,\]}]+)")
@@ -43,12 +44,20 @@ def text_with_plan(text: str, tree: OperationTree) -> str | None:
     except (yaml.YAMLError, RecursionError):
         return None
     found, moves = list(_moves(root)), tree.moves()
-    if len(found) != len(moves):
+    if len(found) != len(moves) or not isinstance(root, yaml.MappingNode):
         return None
     edits = [edit for node, move in zip(found, moves, strict=True) for edit in _edits(text, node, move)]
+    edits += _angle_edits(text, root, tree)
     for edit in sorted(edits, key=lambda one: one.start, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.end :]
     return text
+
+
+def text_with_remarks(text: str, remarks: Sequence[str]) -> str:
+    """The text of a YAML file with comments on its plan at the top, in place of those of an earlier plan."""
+    lines = [line for line in text.splitlines(keepends=True) if not line.startswith(_REMARK)]
+    end = _line_end(text)
+    return "".join([*(f"{_REMARK}{remark}{end}" for remark in remarks), *lines])
 
 
 def _readable(text: str) -> str:
@@ -101,6 +110,17 @@ def _edits(text: str, node: yaml.MappingNode, move: MoveOperation) -> Iterator[_
         yield _added(text, node, new)
 
 
+def _angle_edits(text: str, root: yaml.MappingNode, tree: OperationTree) -> Iterator[_Edit]:
+    """What has to change so that the text says how its angles count."""
+    entry = _entries(root).get("angles")
+    if entry is None:
+        if tree.angles != OperationTree.model_fields["angles"].default:
+            yield _added(text, root, {"angles": tree.angles}, is_text=True)
+    elif entry[1].value != tree.angles:
+        quote = '"' if text[entry[1].start_mark.index] == '"' else ""
+        yield _Edit(*_span(text, *entry), f"{quote}{tree.angles}{quote}")
+
+
 def _span(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
     """Where the value of a key begins and ends; a reference to a value elsewhere is one of its own."""
     alias = _ALIAS.match(text, key.end_mark.index)
@@ -114,23 +134,24 @@ def _reads_as(text: str, wanted: float) -> bool:
         return False
 
 
-def _added(text: str, node: yaml.MappingNode, new: dict[str, str]) -> _Edit:
-    """Further entries of a mapping, in its style."""
+def _added(text: str, node: yaml.MappingNode, new: dict[str, str], *, is_text: bool = False) -> _Edit:
+    """Further entries of a mapping, in its style; values that are text are quoted where keys are."""
     entries = list(_entries(node).values())
     if node.flow_style:
-        key, value = entries[-1]
+        key, last = entries[-1]
         own_lines = key.start_mark.line != node.start_mark.line
         quote = '"' if text[key.start_mark.index] == '"' else ""
         between = f",{_line_end(text)}{_indent(text, key)}" if own_lines else ", "
-        said = "".join(f"{between}{quote}{name}{quote}: {number}" for name, number in new.items())
-        _, end = _span(text, key, value)
+        mark = quote if is_text else ""
+        said = "".join(f"{between}{quote}{name}{quote}: {mark}{value}{mark}" for name, value in new.items())
+        _, end = _span(text, key, last)
         return _Edit(end, end, said)
     # Lists and texts of several lines end somewhere behind their last line: where other values end is sure.
-    key, value = [entry for entry in entries if not _is_block(entry[1])][-1]
+    key, last = [entry for entry in entries if not _is_block(entry[1])][-1]
     line = f"{_line_end(text)}{' ' * key.start_mark.column}"  # the first key may stand behind the dash of a list
-    after = _LINE_END.search(text, _span(text, key, value)[1])
+    after = _LINE_END.search(text, _span(text, key, last)[1])
     place = after.start() if after else len(text)
-    return _Edit(place, place, "".join(f"{line}{name}: {number}" for name, number in new.items()))
+    return _Edit(place, place, "".join(f"{line}{name}: {value}" for name, value in new.items()))
 
 
 def _indent(text: str, key: yaml.Node) -> str:

@@ -41,6 +41,9 @@ class TreeBatch:
     ) -> None:
         for tree in trees:
             check_tree(tree, robot)
+            if tree.angles != "model":
+                problem = f"tree '{tree.name}' is in angles of the pendant"
+                raise InputError(problem, key="angles", allowed="angles of the model (`in_model_angles`)")
             for move in tree.moves():
                 if not move.is_fine:
                     raise InputError(

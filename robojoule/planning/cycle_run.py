@@ -149,16 +149,21 @@ def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]])
 
 def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     """What to know about a simulated cycle, a sentence each: torques beyond a limit, a cycle that does not close."""
-    found = []
-    if run.peak_torque_ratio > 1.0:
-        worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
-        found.append(torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"))
+    found = [*peak_warnings(run)]
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     start, *_, end = tree.configurations_rad()
     if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
         found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
     return tuple(found)
+
+
+def peak_warnings(run: CycleRun) -> tuple[str, ...]:
+    """What to say of a torque beyond its peak limit, if there is one."""
+    if run.peak_torque_ratio <= 1.0:
+        return ()
+    worst = max(run.moves, key=lambda move: move.peak_torque_ratio)
+    return (torque_warning(worst.peak_torque_ratio, f" in move '{worst.name}'"),)
 
 
 def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: OperationTree) -> CycleRun:

@@ -22,7 +22,7 @@ from robojoule.planning.speed_choice import (
     saving_interval,
     second_trial_limit,
 )
-from robojoule.planning.writeback import write_plan
+from robojoule.planning.writeback import WAIT_STEP_S, write_plan
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
 
@@ -122,7 +122,7 @@ def plan_on_measurements(
         collision_waits_s=np.zeros(len(rows)),
         starts_s=ends - waits[:, 1] - durations,
     )
-    written = write_plan(tree, graph, schedule, profiles.speed_limits[places], durations)
+    written = write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, WAIT_STEP_S)
     run = believed(simulate_trees(learnt_batch(batch, profiles), [[written]])[0][0], profiles)
     others_j = given.energy_j - float(given.vertex_energies_j.sum())
     given_waits = np.stack([given.prior_waits_s, given.post_waits_s], axis=1)

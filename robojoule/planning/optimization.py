@@ -22,7 +22,7 @@ from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S, Schedule
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.speed_choice import DISCREPANCY, Outlook, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
-from robojoule.planning.writeback import write_plans
+from robojoule.planning.writeback import WAIT_STEP_S, write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE, PredictedProfiles
 from robojoule.profile.reference import reference_predictor
@@ -44,6 +44,7 @@ class Wish:
         step_percent: Step of speed limits. [%]
         profiles: Where energies come from.
         cautious: Whether to plan by the upper quantile of energy differences.
+        peak_power_w: Largest mains power that the cycle may draw; any if None. [W]
     """
 
     cycle_time: float | str
@@ -51,6 +52,7 @@ class Wish:
     step_percent: float
     profiles: Profiles
     cautious: bool
+    peak_power_w: float | None = None
 
 
 def checked_profiles(profiles: object, *, with_runs: bool, cautious: bool) -> Profiles:
@@ -84,21 +86,26 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     """
     given, fastest = simulate_trees(batch, [[program.tree, full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=fastest.cycle_time_s)
+    # Where the power bounds the speeds, faster moves are no way out.
+    faster_s = fastest.cycle_time_s if wish.peak_power_w is None else None
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
-        raise CycleTimeTooShort(wanted_s, least_s + kept_s, fastest.cycle_time_s + kept_s)
+        raise CycleTimeTooShort(wanted_s, least_s + kept_s, None if faster_s is None else faster_s + kept_s)
     source = profile_source(batch, wish)
     asked_s = max(wanted_s - kept_s, least_s)
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
     whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent)
     idle_w = float(batch.idle_post_w[-1])
     schedule = with_reserve(whole.schedule, kept_s, idle_w)
-    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis])[0][0]
-    run = verify(batch, written, schedule)
-    if kept_s == 0.0 and is_as_good(given, run):
+    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=WAIT_STEP_S)[0][0]
+    run = verify(batch, written, schedule, WAIT_STEP_S)
+    is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
+    if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
     energy_given_j = waiting_until(given, run.cycle_time_s, idle_w)
+    # Plans of the cycle without the dropped part of a step would take the bound again if they waited for that part.
+    bound_j = schedule.bound_j - max(schedule.cycle_time_s - run.cycle_time_s, 0.0) * float(batch.idle_post_w.max())
     return Plan(
         program=replace(program, tree=written),
         robot=batch.robot.name,
@@ -107,7 +114,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
         least_cycle_time_s=least_s,
         energy_given_j=energy_given_j,
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
-        bound_j=min(schedule.bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
+        bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=plan_warnings(written, run, given),
         reserve_s=kept_s,
         profiles=wish.profiles,

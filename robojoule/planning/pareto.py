@@ -27,11 +27,13 @@ from robojoule.arrays import Array, freeze
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts, check_costs, joined_costs
+from robojoule.planning.cycle_run import CycleRun
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 RELATIVE_ERROR = 5e-4  # of each motion's profile
+_LOADS = ("peak_power_w", "peak_torque_ratio", "rms_torque_ratio")
 POINT_COLUMNS = ("cycle_time_s", "energy_j", "marginal_power_w")
 
 
@@ -163,6 +165,8 @@ class TradeOff:
         curve: What plans on the profiles above the true ones take: it can be executed.
         bound: The same on the profiles below: no plan can undercut it.
         runs: Simulated runs of all motions.
+        fastest: Simulation of the fastest cycle, in which powers and torques are largest, if there is one.
+        warnings: What to know before a cycle time is chosen, a sentence each.
     """
 
     program: str
@@ -171,6 +175,8 @@ class TradeOff:
     curve: ParetoCurve
     bound: ParetoCurve
     runs: int
+    fastest: CycleRun | None = None
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"TradeOff({self.program!r} on {self.robot!r}: {self.curve!r})"
@@ -209,6 +215,8 @@ class TradeOff:
             "hull_excess_j": float(curve.hull_excess_j[:last].max(initial=0.0)),
             "simulated_runs": self.runs,
             "moves": len(curve.least_durations_s),
+            **{name: getattr(self.fastest, name) for name in _LOADS if self.fastest is not None},
+            "warnings": list(self.warnings),
             "points": [dict(zip(POINT_COLUMNS, row, strict=True)) for row in rows],
         }
 

@@ -12,6 +12,8 @@ from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
+WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
+_SAME_STEP = 1e-5  # of a step: rounding
 _SAME_S = 1e-14  # what sums leave of a wait that has few digits
 ROUNDING_S = 1e-12  # below: what is left of sums and differences of times
 
@@ -37,7 +39,11 @@ def stacked_durations(plans: Sequence[Sequence[Schedule]]) -> Array:
 
 
 def write_plans(
-    batch: TreeBatch, plans: Sequence[Sequence[Schedule]], speed_limits: Array | None = None
+    batch: TreeBatch,
+    plans: Sequence[Sequence[Schedule]],
+    speed_limits: Array | None = None,
+    *,
+    wait_step_s: float = 0.0,
 ) -> list[list[OperationTree]]:
     """Write K plans into each tree of a batch; see `write_plan`.
 
@@ -46,21 +52,29 @@ def write_plans(
         plans: K plans for each tree.
         speed_limits: Speed limits of the motions, shape (M, K); the lowest that keep the plans' durations if not
             given. [-]
+        wait_step_s: Step of added waits, see `write_plan`. [s]
     """
     limits = speed_limits_of_plans(batch, plans) if speed_limits is None else speed_limits
     durations = batch.paths.durations(limits)
     return [
-        [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k]) for k, plan in enumerate(row)]
+        [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k], wait_step_s) for k, plan in enumerate(row)]
         for tree, graph, rows, row in zip(batch.trees, batch.graphs, batch.rows, plans, strict=True)
     ]
 
 
 def write_plan(
-    tree: OperationTree, graph: OptimizationGraph, plan: Schedule, speed_limits: Array, durations_s: Array
+    tree: OperationTree,
+    graph: OptimizationGraph,
+    plan: Schedule,
+    speed_limits: Array,
+    durations_s: Array,
+    wait_step_s: float = 0.0,
 ) -> OperationTree:
-    """Write speed limits and waits into the tree so that the cycle takes exactly the plan's cycle time.
+    """Write speed limits and waits into the tree so that the cycle takes the plan's cycle time.
 
-    What a motion is faster than planned (rounding of the speed limit) becomes wait after it.
+    What a motion is faster than planned (rounding of the speed limit) becomes wait after it. Without a step of waits
+    the cycle takes exactly its time; with one, added waits are multiples of it, and the cycle is shorter by less than
+    one step.
 
     Args:
         tree: The tree that was planned.
@@ -68,6 +82,7 @@ def write_plan(
         plan: Plan for it.
         speed_limits: Speed limit of each vertex, shape (V,). [-]
         durations_s: Duration that the simulation gives at these speed limits, shape (V,). [s]
+        wait_step_s: Step of added waits; any length if 0. [s]
 
     Returns:
         The tree with the plan in it.
@@ -82,6 +97,9 @@ def write_plan(
         post[-1] += missing
     else:
         _shorten(prior, post, least_prior, least_post, -missing)
+    if wait_step_s > 0.0:
+        added = _in_steps(np.concatenate([prior - least_prior, post - least_post]), wait_step_s)
+        prior, post = (least + part for least, part in zip((least_prior, least_post), np.split(added, 2), strict=True))
     before, after = {}, {}
     for v, vertex in enumerate(graph.vertices):
         # Waits and process steps of the program stay as they are: what goes beyond them is added, and marked so.
@@ -93,6 +111,14 @@ def write_plan(
         for vertex, p in zip(graph.vertices, speed_limits, strict=True)
     }
     return tree.with_plan(limits, added_waits_before_s=before, added_waits_after_s=after)
+
+
+def _in_steps(waits_s: Array, step_s: float) -> Array:
+    """Waits as multiples of a step; the longest one gets what the others lose, as far as that makes whole steps. [s]"""
+    steps = np.floor(waits_s / step_s + _SAME_STEP)
+    left = np.floor((waits_s.sum() / step_s) - steps.sum() + _SAME_STEP)
+    steps[int(np.argmax(waits_s))] += max(left, 0.0)
+    return np.asarray(steps * step_s)
 
 
 def _wait(seconds: float) -> float:

@@ -39,6 +39,7 @@ class EnergyProfile:
         rms_torque_ratio: Largest root mean square of a joint torque over a run, over its continuous limit. [-]
         idle_power_start_w: Power of the robot that stands at the start. [W]
         idle_power_end_w: Power of the robot that stands at the end. [W]
+        doubts: What is implausible about the robot, a sentence each.
     """
 
     robot: str
@@ -51,6 +52,7 @@ class EnergyProfile:
     rms_torque_ratio: float
     idle_power_start_w: float
     idle_power_end_w: float
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return (
@@ -84,7 +86,7 @@ class EnergyProfile:
         """What to know about the motion, a sentence each."""
         peak = (torque_warning(self.peak_torque_ratio),) if self.peak_torque_ratio > 1.0 else ()
         rms = (rms_torque_warning(self.rms_torque_ratio),) if self.rms_torque_ratio > 1.0 else ()
-        return peak + rms
+        return self.doubts + peak + rms
 
     def to_dict(self) -> dict[str, Any]:
         """The profile as plain data, ready for JSON."""
@@ -140,6 +142,7 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
         rms_torque_ratio=float((rms_nm / robot.effort_nm).max()),
         idle_power_start_w=float(paths.idle_power_start_w[0]),
         idle_power_end_w=float(paths.idle_power_end_w[0]),
+        doubts=tuple(map(str, robot.doubts)),
     )
 
 

@@ -19,6 +19,7 @@ from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
 from robojoule.inputs import LONGEST_S, real
+from robojoule.robots.pendant_file import Angles
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
@@ -225,6 +226,9 @@ class OperationTree(Document):
     version: Literal[1] = Field(description="Version of the file format.")
     name: Name = Field(description="Name of the tree.")
     robot: Name | None = Field(default=None, description="Catalog name of the robot it is written for; none: any.")
+    angles: Angles = Field(
+        default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
+    )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
 
@@ -287,6 +291,26 @@ class OperationTree(Document):
             ValueError: The targets have different numbers of joints (see `check_tree`).
         """
         return np.array([self.start_rad, *(move.target_rad for move in self.moves())])
+
+    def with_angles(self, angles: Angles, configurations_rad: ArrayLike) -> OperationTree:
+        """The tree with other numbers for the same configurations.
+
+        Args:
+            angles: How they count.
+            configurations_rad: Start and targets, shape (moves + 1, n). [rad]
+        """
+        start, *targets = np.asarray(configurations_rad, dtype=float).tolist()
+        pending = iter(targets)
+
+        def rewrite(operation: Operation) -> Operation:
+            if isinstance(operation, CompoundOperation):
+                return operation.model_copy(update={"operations": tuple(map(rewrite, operation.operations))})
+            if isinstance(operation, MoveOperation):
+                return operation.model_copy(update={"target_rad": tuple(next(pending))})
+            return operation
+
+        changes = {"angles": angles, "start_rad": tuple(start), "operations": tuple(map(rewrite, self.operations))}
+        return self.model_copy(update=changes)
 
     def with_plan(
         self,

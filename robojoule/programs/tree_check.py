@@ -7,6 +7,7 @@ from pathlib import Path
 
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
+from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.robot import Robot
 
 
@@ -30,13 +31,44 @@ def check_tree(
     if not robot.takes_programs_of(tree.robot):
         problem = f"the tree is written for robot '{tree.robot}', not for '{robot.name}'"
         raise InputError(problem, file=source, key=(places or {}).get("robot", "robot"))
+    counted = "" if tree.angles == "model" else " in angles of the model"
+    mapping = None if tree.angles == "model" else PendantAngles.of(robot)
     configurations = [("start_rad", "the start", tree.start_rad)]
     for key, operation in tree.walk():
         if isinstance(operation, MoveOperation):
             configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
     for key, what, values in configurations:
         try:
-            robot.check_configuration(values)
+            is_mapped = mapping is not None and len(values) == robot.joint_count
+            robot.check_configuration(mapping.model_rad(values) if mapping and is_mapped else values)
         except InputError as error:
             place = (places or {}).get(key, key)
-            raise InputError(f"{what}: {error.problem}", file=source, key=place, allowed=error.allowed) from None
+            problem = f"{what}: {error.problem}{counted}"
+            raise InputError(problem, file=source, key=place, allowed=error.allowed) from None
+
+
+def in_model_angles(tree: OperationTree, robot: Robot) -> OperationTree:
+    """The tree in angles of the robot's model, in which everything is computed.
+
+    Raises:
+        InputError: The tree is in angles of the pendant, and the robot's file does not say how that counts.
+    """
+    if tree.angles == "model":
+        return tree
+    return tree.with_angles("model", PendantAngles.of(robot).model_rad(tree.configurations_rad()))
+
+
+def robot_warnings(tree: OperationTree, robot: Robot) -> tuple[str, ...]:
+    """What to know about the robot before its tree is used, a sentence each: doubts, and how its pendant counts."""
+    return (*map(str, robot.doubts), *_angle_warnings(tree, robot))
+
+
+def _angle_warnings(tree: OperationTree, robot: Robot) -> tuple[str, ...]:
+    """What to say of a tree without its angles stated, for a robot whose pendant counts otherwise than its model."""
+    if "angles" in tree.model_fields_set or robot.file.pendant is None:
+        return ()
+    joints = ", ".join(robot.file.pendant.joints)
+    if not joints:
+        return ()
+    taken = f"joint angles are taken as those of the model, but the pendant of {robot.name} counts {joints} otherwise"
+    return (f"{taken}: say angles: pendant (or model) in the file, or --angles",)

@@ -6,10 +6,11 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robojoule.documents import load
+from robojoule.documents import load, read_document
 from robojoule.errors import InputError
 from robojoule.inputs import as_path, unknown_name
 from robojoule.robots.robot_file import RobotFile
+from robojoule.robots.robot_loading import robot_file_of
 
 if TYPE_CHECKING:
     from robojoule.robots.robot import Payload, Robot
@@ -53,8 +54,12 @@ def _load(name: str | Path, drives: str | Path | None) -> tuple[RobotFile, str]:
         return load_urdf(path, drives), urdf_source(path, drives)
     if drives is not None:
         raise InputError("a drive file goes with a URDF only: a robot file holds its drives", file=drives)
+    if suffix == ".xacro":
+        from robojoule.robots.urdf_elements import xacro_error
+
+        raise xacro_error(path)
     if suffix in (".json", ".yaml", ".yml"):
-        return load(RobotFile, path), str(path)
+        return robot_file_of(read_document(path), str(path)), str(path)
     if str(path) not in list_robots():
         allowed = "a name that list_robots or `robojoule robots` shows, or the path of a robot file or URDF"
         raise unknown_name("robot", str(path), list_robots(), allowed)
@@ -87,4 +92,7 @@ def load_robot(
             raise InputError("a payload and its mass are both given", key="payload_kg", allowed="one of the two")
         payload = Payload(payload_kg)
     file, source = _load(name, drives)
-    return Robot(file, payload, source)
+    robot = Robot(file, payload, source)
+    if source != str(catalog_path(file.name)):  # tests look at the catalog's
+        robot.doubts  # noqa: B018  refuses figures in a wrong unit
+    return robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from robojoule.robots.robot import Payload, Robot
 from robojoule.robots.robot_file import RobotFile
 
 PAYLOAD_COM_M = (0.0, 0.0, 0.1)
+SIX_ROLES = (0, 1, 2, 3, 4, 5)
 _CONFIGURATIONS = 500
 
 
@@ -53,12 +55,19 @@ class EffortRule:
             float(effort[5] / effort[4]),
         )
 
-    def effort_nm(self, file: RobotFile) -> Array:
-        """Effort limits of an arm, shape (6,). [Nm]"""
+    def effort_nm(self, file: RobotFile, roles: Sequence[int] = SIX_ROLES) -> Array:
+        """Effort limits of an arm, shape (n,). [Nm]
+
+        Args:
+            file: Robot file; its own effort limits are not looked at.
+            roles: Joint of a six-axis arm, counted from 0, that each joint stands for; 1 and 4 must be there.
+        """
         gravity, inertia = needs(file)
-        second = gravity[1] + inertia[1] * limits(file)[1][1] / (self.acceleration_s_per_m * file.reach_m)
-        fifth = self.fifth_over_gravity * gravity[4]
-        shares = (
+        second, fifth = (list(roles).index(role) for role in (1, 4))
+        time_s = self.acceleration_s_per_m * file.reach_m
+        main = gravity[second] + inertia[second] * limits(file)[1][second] / time_s
+        wrist = self.fifth_over_gravity * gravity[fifth]
+        shares = np.array([main, main, main, wrist, wrist, wrist]) * (
             self.first_over_second,
             1.0,
             self.third_over_second,
@@ -66,7 +75,7 @@ class EffortRule:
             1.0,
             self.sixth_over_fifth,
         )
-        return np.asarray(np.array(shares) * np.repeat([second, fifth], 3))
+        return np.asarray(shares[list(roles)])
 
 
 def needs(file: RobotFile) -> tuple[Array, Array]:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
-from robojoule.errors import InputError, MissingPackage
-from robojoule.robots.body_checks import check_moving_bodies
+from robojoule.errors import InputError, MissingPackage, refuse
+from robojoule.robots.body_checks import inertia_matrix, moving_body_errors
 from robojoule.robots.rigid_body import BODY_PARAMETERS, Placement, RigidBody, product, quaternions
 from robojoule.robots.robot_file import LinkFile, RobotFile
 
@@ -145,7 +145,7 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
         source: How messages name it.
 
     Raises:
-        InputError: A link is not connected to the root link, or a moving body has no usable inertia.
+        InputError: A link is not connected to the root link, or moving bodies have no usable inertia.
     """
     root = Placement.identity()
     anchors: dict[str, tuple[int, Placement]] = {file.root_link: (0, root)}
@@ -171,14 +171,14 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
         anchors[joint.child] = (number, at)
         link = file.links[joint.child]
         if link is not None and link.mass_kg > 0:
-            body = _body(link, joint.child, source).placed(at)
+            body = _body(link).placed(at)
             if number:
                 bodies[number - 1] += body
     if file.tool.parent not in anchors:
         problem = f"the tool's parent '{file.tool.parent}' is not connected to the root link '{file.root_link}'"
         raise InputError(problem, file=source, key="tool.parent")
     numbers = {link: number for link, (number, _) in anchors.items()}
-    check_moving_bodies(file, numbers, bodies, source)
+    refuse(list(moving_body_errors(file, numbers, bodies, source)))
     tool_body, at = anchors[file.tool.parent]
     axes = np.array([joint.axis for joint in file.moving_joints], dtype=float)
     return Mechanism(
@@ -192,18 +192,8 @@ def assemble(file: RobotFile, source: str) -> Mechanism:
     )
 
 
-def _body(link: LinkFile, name: str, source: str) -> RigidBody:
-    i = link.inertia_kg_m2
-    matrix = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    moments = np.linalg.eigvalsh(matrix)
-    if moments[0] < 0:  # no sum of links can mend that
-        shown = ", ".join(f"{moment:.3g}" for moment in moments)
-        raise InputError(
-            f"the inertia of link '{name}' is not positive definite (principal moments {shown} kg m2)",
-            file=source,
-            key=f"links.{name}",
-        )
-    return RigidBody(link.mass_kg, np.asarray(link.com_m, dtype=float), matrix)
+def _body(link: LinkFile) -> RigidBody:
+    return RigidBody(link.mass_kg, np.asarray(link.com_m, dtype=float), inertia_matrix(link.inertia_kg_m2))
 
 
 def _turns(axis: Array, sine: Array, cosine: Array) -> Array:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,9 @@ from robojoule.robots.drives import DriveParameters, Supply
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
+
+if TYPE_CHECKING:
+    from robojoule.robots.plausibility import Doubt
 
 PAYLOAD_DENSITY_KG_M3 = 2700.0  # aluminium: density of the sphere that stands for a payload of unknown shape
 FARTHEST_M = 10.0  # of a payload's centre of mass from the flange: beyond it the unit is wrong
@@ -164,6 +168,13 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.joint_count} joints, payload {self.payload.mass_kg:g} kg)"
+
+    @cached_property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What is implausible about it; see `robojoule.robots.plausibility`."""
+        from robojoule.robots.plausibility import doubts_about  # late: it needs robots
+
+        return doubts_about(self)
 
     @property
     def model(self) -> Any:

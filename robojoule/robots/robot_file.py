@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from robojoule.documents import Document
-from robojoule.errors import InputError
-from robojoule.inputs import shown
+from robojoule.errors import InputError, refuse
+from robojoule.inputs import counted, shown
 from robojoule.robots.controller_file import ControllerFile
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
+from robojoule.robots.pendant_file import PendantFile, pendant_errors
 
 Vector = tuple[float, float, float]
 # What others are divided by: no figure of a machine is smaller, and below it results have no bounds.
@@ -55,7 +58,7 @@ class LinkFile(Document):
     inertia_kg_m2: InertiaTensor
 
 
-def _of_joint(name: object) -> str:
+def of_joint(name: object) -> str:
     """Key of messages about a joint: its name, as its place in a list says little."""
     return f"joint '{name}'"
 
@@ -84,30 +87,59 @@ class JointFile(Document):
             return data
         name, kind = data.get("name"), data.get("type")
         if isinstance(kind, str) and kind not in JOINT_TYPES:
-            raise InputError(f"the joint type '{kind}' is unknown", key=_of_joint(name), allowed=", ".join(JOINT_TYPES))
-        for key in ("velocity_rad_s", "effort_nm", "peak_effort_nm"):
-            value = data.get(key)
-            if kind != "fixed" and isinstance(value, (int, float)) and not value >= LEAST_FIGURE:
-                allowed = "above 0" if not value > 0 else f"{LEAST_FIGURE:g} or more"
-                raise InputError(f"{key} is {shown(value)}", key=_of_joint(name), allowed=allowed)
+            raise InputError(f"the joint type '{kind}' is unknown", key=of_joint(name), allowed=", ".join(JOINT_TYPES))
+        if kind == "revolute":
+            refuse([InputError(p.problem, key=of_joint(name), allowed=p.allowed) for p in limit_problems(data)])
         return data
 
     @model_validator(mode="after")
-    def _limits(self) -> JointFile:
-        if self.type == "fixed":
-            return self
-        for key in ("lower_rad", "upper_rad", "velocity_rad_s", "effort_nm"):
-            if getattr(self, key) is None:
-                raise InputError(f"{key} is missing", key=_of_joint(self.name))
-        if self.lower_rad >= self.upper_rad:  # type: ignore[operator]
-            problem = f"lower_rad {self.lower_rad:g} is not below upper_rad {self.upper_rad:g}"
-            raise InputError(problem, key=_of_joint(self.name))
-        if self.peak_effort_nm is not None and self.peak_effort_nm < self.effort_nm:  # type: ignore[operator]
-            problem = f"peak_effort_nm {self.peak_effort_nm:g} is below effort_nm {self.effort_nm:g}"
-            raise InputError(problem, key=_of_joint(self.name))
-        if sum(a * a for a in self.axis) == 0:
-            raise InputError("the axis is zero", key=_of_joint(self.name), allowed="a direction")
+    def _turns(self) -> JointFile:
+        if self.type != "fixed" and not any(self.axis):
+            raise InputError("the axis is zero", key=of_joint(self.name), allowed="a direction")
         return self
+
+
+@dataclass(frozen=True)
+class LimitProblem:
+    """What is wrong with a limit of a joint, and figures that let the other checks go on."""
+
+    key: str
+    problem: str
+    allowed: str
+    stand_ins: dict[str, float | None]
+
+
+def limit_problems(joint: Mapping[str, Any]) -> list[LimitProblem]:
+    """What is wrong with the limits of a joint that turns, as plain data; what is not a number is left out."""
+    found = [
+        LimitProblem(key, f"{key} is missing", "a number", {key: stand_in})
+        for key, stand_in in _STAND_INS.items()
+        if joint.get(key) is None
+    ]
+    figures = {key: value for key in (*_STAND_INS, _PEAK) if (value := _figure(joint.get(key))) is not None}
+    for key in ("velocity_rad_s", "effort_nm", _PEAK):
+        if key in figures and not figures[key] >= LEAST_FIGURE:
+            allowed = "above 0" if not figures[key] > 0 else f"{LEAST_FIGURE:g} or more"
+            stand_ins = {key: _STAND_INS.get(key), _PEAK: None}
+            found.append(LimitProblem(key, f"{key} is {shown(joint[key])}", allowed, stand_ins))
+    lower, upper = (figures.get(key, math.nan) for key in ("lower_rad", "upper_rad"))
+    if lower >= upper:
+        problem = f"lower_rad {lower:g} is not below upper_rad {upper:g}"
+        range_of = {key: _STAND_INS[key] for key in ("lower_rad", "upper_rad")}
+        found.append(LimitProblem("upper_rad", problem, f"above {lower:g}", range_of))
+    effort, peak = (figures.get(key, math.nan) for key in ("effort_nm", _PEAK))
+    if 0.0 < peak < effort:
+        problem = f"{_PEAK} {peak:g} is below effort_nm {effort:g}"
+        found.append(LimitProblem(_PEAK, problem, f"{effort:g} or more", {_PEAK: None}))
+    return found
+
+
+_PEAK = "peak_effort_nm"
+_STAND_INS: dict[str, float | None] = {"lower_rad": -1e6, "upper_rad": 1e6, "velocity_rad_s": 1.0, "effort_nm": 1.0}
+
+
+def _figure(value: Any) -> float | None:
+    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
 class CapsuleFile(Document):
@@ -172,7 +204,8 @@ class RobotFile(Document):
 
     Each joint that moves carries a body: its child link and all links fixed to it. That body needs a mass and a
     positive definite inertia, unless its link is listed in `lumped_links`: link -> link nearer to the base whose
-    figures hold its inertia, as some vendors publish wrists.
+    figures hold its inertia, as some vendors publish wrists. `lumped_branches` names joints of a URDF that are held
+    still as they are beside the arm, with their positions [rad or m].
     """
 
     name: str = Field(min_length=1)
@@ -191,6 +224,8 @@ class RobotFile(Document):
     home_rad: list[float]
     capsules: dict[str, list[CapsuleFile]] = Field(default_factory=dict)
     drives: DrivesFile
+    lumped_branches: dict[str, float] = Field(default_factory=dict)
+    pendant: PendantFile | None = None
     controller: ControllerFile | None = Field(default=None, description="Its timing, where that was learnt.")
     derived_from: str | None = Field(
         default=None, min_length=1, description="Name of the robot whose programs it takes too: what it was before."
@@ -209,10 +244,13 @@ class RobotFile(Document):
     @property
     def reach_m(self) -> float:
         """Distance along the kinematic chain from joint 2 (of a single joint: from it) to the tool frame. [m]"""
-        moving = [index for index, joint in enumerate(self.joints) if joint.type != "fixed"]
-        first = moving[min(1, len(moving) - 1)]
-        steps = [joint.origin_xyz_m for joint in self.joints[first + 1 :]]
-        return sum(math.hypot(*step) for step in [*steps, self.tool.origin_xyz_m])
+        above = {joint.child: joint for joint in self.joints}
+        steps, link = [self.tool.origin_xyz_m], self.tool.parent
+        second = self.moving_joints[:2][-1].name
+        while (joint := above.get(link)) is not None and joint.name != second:
+            steps.append(joint.origin_xyz_m)
+            link = joint.parent
+        return sum(math.hypot(*step) for step in reversed(steps))
 
     @property
     def installed_power_w(self) -> float:
@@ -221,33 +259,8 @@ class RobotFile(Document):
 
     @model_validator(mode="after")
     def _consistent(self) -> RobotFile:
-        names = [joint.name for joint in self.joints]
-        if len(set(names)) != len(names):
-            raise InputError("two joints have the same name", key="joints", allowed="unique names")
-        known = ", ".join(self.links)
-        for joint in self.joints:
-            for link in (joint.parent, joint.child):
-                if link not in self.links:
-                    raise InputError(f"the link '{link}' is unknown", key=_of_joint(joint.name), allowed=known)
-        moving = [joint.name for joint in self.moving_joints]
-        if not moving:
-            raise InputError("the robot has no moving joint", key="joints", allowed="at least one")
-        if set(self.drives.joints) != set(moving):
-            named = ", ".join(self.drives.joints) or "none"
-            raise InputError(
-                f"these are not the moving joints: {named}", key="drives.joints", allowed=f"exactly {', '.join(moving)}"
-            )
-        if self.controller is not None and set(self.controller.joints) != set(moving):
-            named = ", ".join(self.controller.joints) or "none"
-            raise InputError(
-                f"these are not the moving joints: {named}",
-                key="controller.joints",
-                allowed=f"exactly {', '.join(moving)}",
-            )
-        if len(self.home_rad) != len(moving):
-            problem = f"{len(self.home_rad)} values are given"
-            raise InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one per moving joint")
-        self._check_link_names()
+        """All that does not fit together; what hangs on names and joints is looked at once these are right."""
+        refuse([*self._joint_errors(), *self._link_name_errors()])
         self._check_chain()
         for joint, value in zip(self.moving_joints, self.home_rad, strict=True):
             # Rounding of degrees to radians must not push a joint over its limit.
@@ -259,7 +272,33 @@ class RobotFile(Document):
                 )
         return self
 
-    def _check_link_names(self) -> None:
+    def _joint_errors(self) -> Iterator[InputError]:
+        names = [joint.name for joint in self.joints]
+        if len(set(names)) != len(names):
+            yield InputError("two joints have the same name", key="joints", allowed="unique names")
+        known = ", ".join(self.links)
+        for joint in self.joints:
+            for link in (joint.parent, joint.child):
+                if link not in self.links:
+                    yield InputError(f"the link '{link}' is unknown", key=of_joint(joint.name), allowed=known)
+        moving = [joint.name for joint in self.moving_joints]
+        if not moving:
+            yield InputError("the robot has no moving joint", key="joints", allowed="at least one")
+        elif set(self.drives.joints) != set(moving):
+            named = ", ".join(self.drives.joints) or "none"
+            yield InputError(
+                f"these are not the moving joints: {named}", key="drives.joints", allowed=f"exactly {', '.join(moving)}"
+            )
+        if self.controller is not None and set(self.controller.joints) != set(moving):
+            named = ", ".join(self.controller.joints) or "none"
+            problem = f"these are not the moving joints: {named}"
+            yield InputError(problem, key="controller.joints", allowed=f"exactly {', '.join(moving)}")
+        if len(self.home_rad) != len(moving):
+            problem = f"{counted(len(self.home_rad), 'value')} given"
+            yield InputError(problem, key="home_rad", allowed=f"{len(moving)} values, one per moving joint")
+        yield from pendant_errors(self.pendant, moving)
+
+    def _link_name_errors(self) -> Iterator[InputError]:
         named = {
             "root_link": [self.root_link],
             "tool.parent": [self.tool.parent],
@@ -269,7 +308,7 @@ class RobotFile(Document):
         for key, links in named.items():
             for link in links:
                 if link not in self.links:
-                    raise InputError(f"the link '{link}' is unknown", key=key, allowed=", ".join(self.links))
+                    yield InputError(f"the link '{link}' is unknown", key=key, allowed=", ".join(self.links))
 
     def _check_chain(self) -> None:
         """Moving joints must form one chain: a serial arm, each link with one moving child at most."""
@@ -287,7 +326,7 @@ class RobotFile(Document):
             if ancestor != reached:
                 raise InputError(
                     f"the joint does not follow the link '{reached}'",
-                    key=_of_joint(joint.name),
+                    key=of_joint(joint.name),
                     allowed="a serial arm, joints in order from the base",
                 )
             reached = joint.child

@@ -33,7 +33,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -44,10 +44,11 @@ from robojoule.documents import parse, read_document, write_document
 from robojoule.robots import catalog_path, list_robots, load_robot_file
 from robojoule.robots.anchors import AnchorFile, CobotAnchors, Kr300, load_anchors, load_kr300
 from robojoule.robots.collision import derive_capsules
-from robojoule.robots.effort import EffortRule, limits
+from robojoule.robots.effort import SIX_ROLES, EffortRule, limits
 from robojoule.robots.robot_file import RobotFile
 
 DIGITS = 4  # significant digits of scaled figures: more would pretend to be known
+LEAST_FILTER_TIME_S = 1e-3  # of an arm of no reach, such as a tool that only turns
 # Viscous friction of grease-lubricated gears rises with about the square root of speed beyond the speeds at which it
 # was identified (shear thinning); a line through the identified range would exceed the effort limit at full speed.
 VISCOUS_EXPONENT = 0.5
@@ -153,28 +154,42 @@ class Scaling:
         )
         return replace(numbers, copper_w_per_nm=self.reference_numbers.copper_w_per_nm)
 
-    def numbers(self, name: str, effort: Array) -> JointNumbers:
-        """Numbers of one arm."""
-        if name in self.anchors.cobots.names:
-            return self._cobot_numbers(self.files[name])
-        small, large = limits(self.reference)[0], self.kr300_limits[0]
-        share = np.clip(np.log(effort / small) / np.log(large / small), 0.0, 1.0)
-        pairs = {
-            field.name: (getattr(self.reference_numbers, field.name), getattr(self.kr300_numbers, field.name))
-            for field in fields(JointNumbers)
-        }
-        return JointNumbers(**{key: _between(a, b, share) for key, (a, b) in pairs.items()})
+    def is_cobot(self, name: str) -> bool:
+        """Whether an arm of the catalog is a collaborative one."""
+        return name in self.anchors.cobots.names
 
-    def _cobot_numbers(self, file: RobotFile) -> JointNumbers:
+    def numbers(self, name: str, effort: Array) -> JointNumbers:
+        """Numbers of one arm of the catalog."""
+        return self.numbers_at(effort, limits(self.files[name])[1], cobot=self.is_cobot(name))
+
+    def numbers_at(
+        self, effort: Array, velocity: Array, *, cobot: bool, roles: Sequence[int] = SIX_ROLES
+    ) -> JointNumbers:
+        """Numbers of any arm.
+
+        Args:
+            effort: Effort limits, shape (n,). [Nm]
+            velocity: Velocity limits, shape (n,). [rad/s]
+            cobot: Whether it is a collaborative arm.
+            roles: Joint of a six-axis arm, counted from 0, that each of its joints stands for.
+        """
+        roles = list(roles)
+        reference = {name: values[roles] for name, values in vars(self.reference_numbers).items()}
+        if cobot:
+            return JointNumbers(**reference | self._cobot_friction(velocity, roles))
+        small, large = limits(self.reference)[0][roles], self.kr300_limits[0][roles]
+        share = np.clip(np.log(effort / small) / np.log(large / small), 0.0, 1.0)
+        kr300 = {name: values[roles] for name, values in vars(self.kr300_numbers).items()}
+        return JointNumbers(**{name: _between(small, kr300[name], share) for name, small in reference.items()})
+
+    def _cobot_friction(self, velocity: Array, roles: list[int]) -> dict[str, Array]:
         cobots = self.anchors.cobots
-        effort, velocity = limits(self.files[cobots.friction_of])
-        return JointNumbers(
-            motor_speed_rad_s=cobots.gear_ratio * limits(file)[1],
-            coulomb_share=np.array(cobots.coulomb_nm) / effort,
-            viscous_share=np.array(cobots.viscous_nm_s_per_rad) * velocity / effort,
-            spin_up_s=self.reference_numbers.spin_up_s,
-            copper_w_per_nm=self.reference_numbers.copper_w_per_nm,
-        )
+        of_effort, of_velocity = (values[roles] for values in limits(self.files[cobots.friction_of]))
+        return {
+            "motor_speed_rad_s": cobots.gear_ratio * velocity,
+            "coulomb_share": np.array(cobots.coulomb_nm)[roles] / of_effort,
+            "viscous_share": np.array(cobots.viscous_nm_s_per_rad)[roles] * of_velocity / of_effort,
+        }
 
     @cached_property
     def power_exponent(self) -> float:
@@ -183,17 +198,47 @@ class Scaling:
         idle = self.anchors.large_idle_w / self.anchors.fitted_idle_w
         return float(np.log(idle) / np.log(large.installed_power_w / small.installed_power_w))
 
-    def base_power_w(self, name: str, installed_w: float) -> float:
-        """Base power of one arm. [W]"""
+    def base_power_w(self, installed_w: float, *, cobot: bool) -> float:
+        """Base power of an arm with an installed power [W], which counts for industrial arms alone. [W]"""
         cobots, reference = self.anchors.cobots, self.reference
-        if name in cobots.names:
+        if cobot:
             return cobots.controller_power_w + cobots.arm_power_w / cobots.supply_efficiency
         share = installed_w / reference.installed_power_w
         return float(reference.drives.base_power_w * share**self.power_exponent)
 
     def effort_nm(self, name: str) -> Array:
         """Effort limits from static and dynamic need, shape (6,). [Nm]"""
-        return self.effort_rule(cobot=name in self.anchors.cobots.names).effort_nm(self.files[name])
+        return self.effort_rule(cobot=self.is_cobot(name)).effort_nm(self.files[name])
+
+    def drives(self, file: RobotFile, *, cobot: bool, roles: Sequence[int] = SIX_ROLES) -> dict[str, Any]:
+        """Scaled drives of an arm as a robot file has them; its limits count, see `numbers_at`."""
+        effort, velocity = limits(file)
+        numbers = self.numbers_at(effort, velocity, cobot=cobot, roles=roles).drives(effort, velocity)
+        base_w = self.base_power_w(file.installed_power_w, cobot=cobot)
+        reference, cobots = self.reference.drives, self.anchors.cobots
+        efficiency, active_w = reference.inverter_efficiency, reference.drive_active_power_w * base_w
+        active_w /= reference.base_power_w
+        if cobot:
+            efficiency = rounded(cobots.bus_efficiency * cobots.supply_efficiency)
+            active_w = cobots.drive_active_power_w / cobots.supply_efficiency
+        return {
+            "provenance": "scaled from the UR10e and the KR16" if cobot else "scaled from the KR16 and the KR300",
+            "base_power_w": rounded(base_w),
+            "drive_active_power_w": rounded(active_w),
+            "inverter_efficiency": efficiency,
+            "regeneration_efficiency": reference.regeneration_efficiency,
+            "torque_use": reference.torque_use,
+            "torque_floor": reference.torque_floor,
+            "filter_time_s": max(
+                rounded(reference.filter_time_s * file.reach_m / self.reference.reach_m), LEAST_FILTER_TIME_S
+            ),
+            "least_cruise_share": reference.least_cruise_share,
+            **({"supply": _supply(cobots)} if cobot else {}),
+            "joints": {
+                joint.name: {key: rounded(values[index]) for key, values in numbers.items()}
+                for index, joint in enumerate(file.moving_joints)
+            },
+        }
 
     @cached_property
     def own_rules(self) -> dict[str, EffortRule]:
@@ -223,47 +268,22 @@ class Scaling:
             data: Plain data of the entry.
         """
         file = self.files[name]
-        cobot = name in self.anchors.cobots.names
+        cobot = self.is_cobot(name)
         joints = [joint for joint in data["joints"] if joint["type"] != "fixed"]
         if file.provenance["effort"].kind == "scaled":
             for joint, effort in zip(joints, self.effort_nm(name), strict=True):
-                joint["effort_nm"] = _rounded(effort)
-            data["provenance"]["effort"]["note"] = _EFFORT_NOTE
+                joint["effort_nm"] = rounded(effort)
+            data["provenance"]["effort"]["note"] = EFFORT_NOTE
         for joint in joints:  # with more, the KR210 would leave the spread of a measured cell (docs/robots.md)
             joint["peak_effort_nm"] = joint["effort_nm"]
         data["provenance"]["peak_effort"] = {"kind": "assumed", "note": _PEAK_NOTE}
-        file = parse(RobotFile, data, name)
-        effort, velocity = limits(file)
-        numbers = self.numbers(name, effort).drives(effort, velocity)
-        base_w = self.base_power_w(name, file.installed_power_w)
-        reference = self.reference.drives
+        data["drives"] = self.drives(parse(RobotFile, data, name), cobot=cobot)
         friction_published = name == self.anchors.cobots.friction_of
-        note = _COBOT_NOTE if cobot else _INDUSTRIAL_NOTE
+        note = COBOT_NOTE if cobot else INDUSTRIAL_NOTE
         data["provenance"]["drives"]["note"] = _FRICTION_NOTE + note if friction_published else note
         data["provenance"]["capsules"]["note"] = _CAPSULES_NOTE
-        efficiency, active_w = reference.inverter_efficiency, reference.drive_active_power_w * base_w
-        active_w /= reference.base_power_w
         if cobot:
-            cobots = self.anchors.cobots
-            efficiency = cobots.bus_efficiency * cobots.supply_efficiency
-            active_w = cobots.drive_active_power_w / cobots.supply_efficiency
-            data["provenance"]["supply"] = {"kind": "assumed", "note": _supply_note(cobots)}
-        data["drives"] = {
-            "provenance": "scaled from the UR10e and the KR16" if cobot else "scaled from the KR16 and the KR300",
-            "base_power_w": _rounded(base_w),
-            "drive_active_power_w": _rounded(active_w),
-            "inverter_efficiency": _rounded(efficiency) if cobot else efficiency,
-            "regeneration_efficiency": reference.regeneration_efficiency,
-            "torque_use": reference.torque_use,
-            "torque_floor": reference.torque_floor,
-            "filter_time_s": _rounded(reference.filter_time_s * file.reach_m / self.reference.reach_m),
-            "least_cruise_share": reference.least_cruise_share,
-            **({"supply": _supply(self.anchors.cobots)} if cobot else {}),
-            "joints": {
-                joint["name"]: {key: _rounded(values[index]) for key, values in numbers.items()}
-                for index, joint in enumerate(joints)
-            },
-        }
+            data["provenance"]["supply"] = {"kind": "assumed", "note": supply_note(self.anchors.cobots)}
         capsules = derive_capsules(parse(RobotFile, data, name))
         data["capsules"] = {link: [c.model_dump(mode="json") for c in shapes] for link, shapes in capsules.items()}
         return data
@@ -273,7 +293,8 @@ def _supply(cobots: CobotAnchors) -> dict[str, float]:
     return {"controller_power_w": cobots.controller_power_w, "efficiency": cobots.supply_efficiency}
 
 
-def _supply_note(cobots: CobotAnchors) -> str:
+def supply_note(cobots: CobotAnchors) -> str:
+    """What is known of the power between the mains and the arm, with its ranges."""
     arm, controller, supply = (
         f"{low:g}-{high:g}"
         for low, high in (cobots.arm_power_range_w, cobots.controller_power_range_w, cobots.supply_efficiency_range)
@@ -285,16 +306,16 @@ def _supply_note(cobots: CobotAnchors) -> str:
     )
 
 
-_EFFORT_NOTE = (
+EFFORT_NOTE = (
     "scaled: joint 2 from its largest gravity torque and an acceleration time in proportion to the reach, joint 5 from "
     "its largest gravity torque, the others in proportion; constants are medians over arms with published limits "
     "(robojoule.robots.scaling)"
 )
 _PEAK_NOTE = "the published limits taken as peak limits"
-_INDUSTRIAL_NOTE = (
+INDUSTRIAL_NOTE = (
     "scaled between the fitted KR16 R2010 and the identified KR300 R2500 by similarity (robojoule.robots.scaling)"
 )
-_COBOT_NOTE = (
+COBOT_NOTE = (
     "scaled: friction shares of the identified UR10e, rotors of the fitted KR16 R2010, copper and gears assumed "
     "(robojoule.robots.scaling)"
 )
@@ -314,7 +335,7 @@ def rebuilt_entries() -> dict[str, dict[str, Any]]:
         if file.provenance["effort"].kind == "scaled":
             limits = iter(scaling.effort_nm(name))
             joints = [
-                j if j.type == "fixed" else j.model_copy(update={"effort_nm": _rounded(next(limits))})
+                j if j.type == "fixed" else j.model_copy(update={"effort_nm": rounded(next(limits))})
                 for j in file.joints
             ]
             scaling.files[name] = file.model_copy(update={"joints": joints})
@@ -330,7 +351,8 @@ def _between(small: Array, large: Array, share: Array | float) -> Array:
     return np.asarray(small ** (1.0 - share) * large**share)
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
+    """A scaled figure with the digits that are worth writing down."""
     return float(f"{value:.{DIGITS}g}")
 
 

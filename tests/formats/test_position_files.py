@@ -16,7 +16,7 @@ pick,45,-60.5,50,0.25,
 "place, left", 0 ,-9e1,,,1.5
 """
 COLUMNS = (
-    "allowed: q1_deg .. or q1_rad .., name, robot, speed_limit_percent, least_speed_percent, fixed, "
+    "allowed: q1_deg .. or q1_rad .., name, robot, angles, speed_limit_percent, least_speed_percent, fixed, "
     "[added_]wait_before_s, [added_]wait_after_s"
 )
 

@@ -10,6 +10,7 @@ from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.whole_speeds import speed_choices
+from robojoule.planning.writeback import WAIT_STEP_S
 from tests.core_cases import kr16
 from tests.planning.trees import POINTS_DEG, busy_tree, tree
 
@@ -50,7 +51,7 @@ def test_four_moves_are_not_rounded_one_by_one():
     batch = TreeBatch(kr16(), [program.tree])
     cycle = 1.25 * float(batch.least_cycles_s[0])
     plan = rj.optimize(program, kr16(), cycle_time=cycle, speed_step=step)
-    assert plan.energy_j == pytest.approx(brute_force_j(batch, speed_choices(batch, step), cycle), rel=3e-6)
+    assert plan.energy_j == pytest.approx(brute_force_j(batch, speed_choices(batch, step), plan.cycle_time_s), rel=3e-6)
     fine = rj.optimize(program, kr16(), cycle_time=cycle, speed_step=0.01)
     rounded_up = {m.name: min(step * np.ceil(m.speed_limit_percent / step), 100.0) for m in fine.moves}
     run = rj.simulate(Program(program.tree.with_plan(rounded_up)), kr16())
@@ -73,7 +74,9 @@ def test_given_speed_limits_are_upper_bounds():
     faster = rj.optimize(program, kr16(), cycle_time=plan.cycle_time_s, allow_faster=True)
     assert faster.energy_j < plan.energy_j * 0.99
     assert faster.moves[-1].speed_limit_percent > 20.0
-    assert faster.energy_given_j == pytest.approx(plan.energy_given_j, rel=1e-9)
+    assert faster.energy_given_j == pytest.approx(
+        plan.energy_given_j, rel=1e-4
+    )  # their cycles differ by a part of 1 ms
 
 
 def test_fixed_moves_and_least_speeds_are_kept():
@@ -95,7 +98,8 @@ def test_a_cycle_time_that_only_faster_moves_reach_is_refused_with_both_figures(
     with pytest.raises(CycleTimeTooShort, match="within the program's speed limits") as caught:
         rj.optimize(program, kr16(), cycle_time=3.9)
     assert caught.value.faster_s < 3.9 < caught.value.minimum_s
-    assert rj.optimize(program, kr16(), cycle_time=3.9, allow_faster=True).cycle_time_s == pytest.approx(3.9, abs=1e-6)
+    plan = rj.optimize(program, kr16(), cycle_time=3.9, allow_faster=True)
+    assert 3.9 - WAIT_STEP_S < plan.cycle_time_s <= 3.9
 
 
 def test_a_least_speed_above_the_speed_limit_is_refused():
@@ -129,6 +133,6 @@ def test_waits_that_a_plan_added_are_no_waits_of_the_process():
     assert added > 5.0
     assert [move.wait_after_s for move in plan.program.moves] == [move.wait_after_s for move in program.moves]
     faster = rj.optimize(plan.program, kr16(), cycle_time=15.0)
-    assert faster.cycle_time_s == pytest.approx(15.0, abs=1e-6)
+    assert faster.cycle_time_s == pytest.approx(15.0, abs=WAIT_STEP_S)
     longer = rj.optimize(plan.program, kr16(), cycle_time="+10%")
-    assert longer.cycle_time_s == pytest.approx(22.0, abs=1e-6)
+    assert longer.cycle_time_s == pytest.approx(22.0, abs=2 * WAIT_STEP_S)

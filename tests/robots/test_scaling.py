@@ -61,9 +61,7 @@ def test_the_laws_give_the_anchor_back(scaling):
     loss = drives["copper_w_per_nm2"] * (effort / drives["gear_ratio"]) ** 2
     assert loss / (effort * velocity) == pytest.approx(np.full(6, scaling.anchors.copper_share))
     installed = scaling.reference.installed_power_w
-    assert scaling.base_power_w(scaling.anchors.fitted, installed) == pytest.approx(
-        scaling.reference.drives.base_power_w
-    )
+    assert scaling.base_power_w(installed, cobot=False) == pytest.approx(scaling.reference.drives.base_power_w)
 
 
 def test_kr300_comes_out_at_its_own_size(scaling):

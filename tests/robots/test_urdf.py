@@ -127,7 +127,7 @@ FAULTS = {
     "prismatic": (
         ('type="continuous"', 'type="prismatic"'),
         DRIVES,
-        ("joint 'elbow'", "'prismatic'", "revolute, continuous, fixed"),
+        ("joint 'elbow'", "'prismatic'", "freeze.elbow in two.drives.yaml"),
     ),
     "floating": (('type="continuous"', 'type="floating"'), DRIVES, ("joint 'elbow'", "'floating'")),
     "continuous-without-limits": (
