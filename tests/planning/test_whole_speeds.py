@@ -128,7 +128,7 @@ def test_a_plan_planned_again_stays_as_it_is(share, step):
 
 def test_waits_that_a_plan_added_are_no_waits_of_the_process():
     program = given(m1={"wait_after_s": 0.2})
-    plan = rj.optimize(program, kr16(), cycle_time=20.0)
+    plan = rj.optimize(program, kr16(), cycle_time=20.0, slowest_speed_limit_percent=10.0)
     added = sum(move.added_wait_before_s + move.added_wait_after_s for move in plan.program.moves)
     assert added > 5.0
     assert [move.wait_after_s for move in plan.program.moves] == [move.wait_after_s for move in program.moves]
