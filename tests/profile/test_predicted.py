@@ -111,7 +111,7 @@ def test_without_runs_it_is_nominal_physics_with_a_wide_interval(noisy):
     assert widths[0] > 2.0 * widths[1]
     assert (
         (truth >= found.lower_j) & (truth <= found.upper_j)
-    ).mean() > 0.6  # the plant is further from the entry than expected
+    ).mean() > 0.6  # further off than expected
     assert "nominal physics" in nominal.note
     assert calibrated.note.startswith("calibrated on ")
 

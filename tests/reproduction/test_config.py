@@ -15,7 +15,7 @@ def test_the_projects_parameters_are_valid():
     params = load_params(PARAMS)
     assert params.simulate_motions.speed_limits_percent == [10, 20, 30, 40, 50, 60, 70, 80, 90, 100]
     assert params.evaluate_plans.relaxations_percent == [110, 121, 133, 150, 175, 200]
-    assert (params.generate_trees.trees, params.generate_trees.experiment_trees) == (600, 30)
+    assert (params.generate_trees.trees, params.generate_trees.experiment_trees) == (2000, 30)
 
 
 BAD = {
