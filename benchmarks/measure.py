@@ -19,7 +19,7 @@ PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
 def machine() -> dict[str, object]:
     """Processor, cores and Python of this machine."""
-    models = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+    models = [line for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines() if line.startswith("model name")]
     return {
         "processor": models[0].split(":", 1)[1].strip() if models else platform.machine(),
         "cores": len(os.sched_getaffinity(0)),

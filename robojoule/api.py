@@ -35,7 +35,7 @@ from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
-    from robojoule.calibration.identification import Identification
+    from robojoule.calibration.identification import Identification, PowerSide
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
     from robojoule.calibration.timing import TimingIdentification
@@ -249,8 +249,12 @@ def identify(
     torque_constants: Sequence[float] | None = None,
     smoothing_s: float | None = None,
     window_s: float | None = None,
+    power_side: PowerSide = "mains",
 ) -> Identification:
-    """Drive parameters of a robot from a measured log of its motions and mains power.
+    """Drives of a robot, and its controller's timing, from a measured log of its motions and mains power.
+
+    Timing comes from the motions that go straight from rest to rest, at the speed limits that the log says or else at
+    full speed.
 
     Args:
         log: CSV or Parquet file, or a log that was read.
@@ -258,12 +262,15 @@ def identify(
         torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
         smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
         window_s: Length over which power is averaged; 0.1 s if not given. [s]
+        power_side: Where power was measured: at the mains, or on the bus that feeds a collaborative arm, as its own
+            controller does.
 
     Raises:
         InputError: The log cannot be read, is too short or contradicts itself.
     """
     from robojoule.calibration import identification  # late: brings scipy
     from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
+    from robojoule.calibration.log_motions import log_timing
     from robojoule.calibration.signals import WINDOW_S
 
     robot = _checked_robot(robot)
@@ -272,7 +279,8 @@ def identify(
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
     window = WINDOW_S if window_s is None else window_s
-    return identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window)
+    found = identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side)
+    return replace(found, timing=log_timing(log, robot))
 
 
 @_finite

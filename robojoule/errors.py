@@ -5,13 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 LONGEST_MESSAGE = 260  # characters: with the name of a command before it, a message stays under 300
 _SHORTEST_PART = 40
 
 
 class RobojouleError(Exception):
-    """Base of everything that robojoule raises on purpose."""
+    """Base of everything that robojoule raises on purpose; it travels between processes, whatever its arguments."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.args, vars(self))
+
+
+def _restored(kind: type[RobojouleError], said: tuple[Any, ...], state: dict[str, Any]) -> RobojouleError:
+    error = kind.__new__(kind, *said)
+    vars(error).update(state)
+    return error
 
 
 class InputError(RobojouleError):

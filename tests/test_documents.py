@@ -6,7 +6,7 @@ import pytest
 from pydantic import Field
 
 from robojoule.documents import Document, atomic_path, check_output, load, read_document, write_document, write_files
-from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.errors import InputError
 from robojoule.inputs import as_path
 
 
@@ -123,9 +123,3 @@ def test_a_full_disk_is_said(tmp_path):
         temporary.symlink_to("/dev/full")
         temporary.write_text("text")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_cycle_time_message():
-    error = CycleTimeTooShort(4.1, 4.36)
-    assert (error.requested_s, error.minimum_s) == (4.1, 4.36)
-    assert str(error) == "the cycle time 4.1 s is shorter than the fastest cycle; allowed: at least 4.360000 s"

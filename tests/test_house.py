@@ -85,6 +85,10 @@ def test_heavy_packages_stay_at_the_edges(path: Path):
             assert not on_loading or module == LOADED_BY_MLFLOW, f"{module} imports {name} when it is loaded"
 
 
+def test_the_studies_hold_no_code():
+    assert python_files("studies") == []
+
+
 def test_a_library_of_plain_modules_is_what_its_rooms_reach():
     """No room of the library reaches a module of another building, by whatever way."""
     for path in python_files("robojoule"):

@@ -30,7 +30,8 @@ MADE = ("studies/data/",)  # files that stages make and git does not keep
 
 
 def documents() -> list[Path]:
-    found = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "reproduction").rglob("*.md")]
+    found = [*ROOT.glob("*.md"), *(ROOT / "data").glob("*.md"), *(ROOT / "models").glob("*.md")]
+    found += [*(ROOT / "docs").rglob("*.md"), *(ROOT / "reproduction").rglob("*.md")]
     return sorted(path for path in found if "CHANGELOG" not in path.name)  # it may name what is gone
 
 

@@ -27,7 +27,7 @@ from robojoule.planning.speed_choice import (
     saving_interval,
     trial_place,
 )
-from robojoule.profile.measured import MeasuredProfiles, Measurement
+from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, Measurement
 from robojoule.profile.sampled import sampled_profile
 
 FULL = PERCENT.size - 1
@@ -129,11 +129,12 @@ class TreeOfMachine:
         for number in (1, 2):
             durations = seen.durations()
             fits = [fit_rule(candidate, durations) for candidate in self.at_many_speeds]
-            chosen = best_rules(fits)
             places = np.empty((trial.draws, len(self.rows)), dtype=np.intp)
             for draw in range(trial.draws):
-                told, places[draw] = self._plan(seen, durations, fits[int(chosen[draw])], draw, wanted_s)
+                told, places[draw] = self._plan(seen, durations, fits, draw, wanted_s)
                 late = {
+                    # No plan can foresee what a cycle's motions differ by from the last one's.
+                    "own_deviation_percent": 100.0 * self.machine.jitter_s * len(self.rows) ** 0.5 / wanted_s,
                     "late_nominal_percent": nominal,
                     "late_one_ratio_percent": self._late_percent(one_ratio[draw], wanted_s),
                 }
@@ -152,10 +153,12 @@ class TreeOfMachine:
             places.append(trial_place(totals, SECOND_TRIAL * wanted_s, PERCENT))
         return np.repeat(np.array(places)[:, None], len(self.rows), axis=1)
 
-    def _plan(self, seen: Seen, durations: Durations, fit: RuleFit, draw: int, wanted_s: float) -> tuple[Row, Index]:
+    def _plan(
+        self, seen: Seen, durations: Durations, fits: list[RuleFit], draw: int, wanted_s: float
+    ) -> tuple[Row, Index]:
         runs = seen.runs(draw)
-        first = int(np.searchsorted(PERCENT, runs.speed_limits.min() - 1e-9))
-        profiles = self.measurement.profiles(runs, durations, fit, draw, PERCENT[first:])
+        first = int(np.searchsorted(PERCENT, BELOW_MEASURED * runs.speed_limits.min() - 1e-9))
+        profiles = self.measurement.profiles(runs, durations, fits, draw, PERCENT[first:])
         found = choose_speeds(profiles, wanted_s)
         kept = choose_speeds(profiles, wanted_s * (1.0 - seen.trial.reserve))
         fastest = np.full(len(self.rows), profiles.speed_limits.size - 1)
@@ -172,7 +175,7 @@ class TreeOfMachine:
             "late_probability": late_probability(wanted_s - planned_s, deviation),
             "late_with_reserve_percent": self._late(first + kept, wanted_s),
             "second_limit_percent": 100.0 * float(runs.speed_limits[len(self.rows)]),
-            "rule": fit.candidate.name,
+            "rule": profiles.rule,
         }, first + found
 
     def _promise(self, profiles: MeasuredProfiles, places: Index, wanted_s: float) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from reproduction.report import (
+    closed_loop_figure,
     energy_figures,
     feature_figures,
     gap_figures,
@@ -90,6 +91,7 @@ ENTRIES = (
     Entry(
         "gap_of_study", BEYOND, "Gap to the optimum where the robot differs from its entry", gap_figures.gap_of_study
     ),
+    Entry("closed_loop", BEYOND, "Plans on machines that nobody has described", closed_loop_figure.closed_loop),
     Entry("ablations", BEYOND, "What each step brings", gap_figures.ablations),
     Entry("payload_sensitivity", BEYOND, "Sensitivity to the payload", plan_figures.payload_sensitivity),
     Entry("energy_over_duration", BEYOND, "Where the energy of a motion goes", energy_figures.breakdown_over_duration),

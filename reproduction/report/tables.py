@@ -199,6 +199,8 @@ def study_tables(results: Results) -> list[Table]:
         ("motions_coverage", "Prediction intervals of nominally 90 %, regimes (a) and (b)"),
         ("robots_coverage", "Prediction intervals of nominally 90 %, regime (c)"),
         ("targets", "What was meant to be reached, and what was"),
+        ("closed_loop", "Plans on hidden machines, after one trial and after a second"),
+        ("closed_loop_targets", "The same: what was meant to be reached, and what was"),
     ):
         if all_rows := results.study(name):
             found.append(_plain(all_rows, caption, frozenset()))

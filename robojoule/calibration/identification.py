@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student_t
 
 from robojoule.arrays import Array, Mask, freeze
 from robojoule.calibration.log import MeasuredLog
+from robojoule.calibration.log_checks import check_load, check_power, check_torque
 from robojoule.calibration.log_fit import Solution, solve
 from robojoule.calibration.log_model import evaluate, log_parameters
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
+from robojoule.calibration.timing import TimingIdentification, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
+from robojoule.inputs import shown
 from robojoule.robots.robot import Robot
 from robojoule.robots.robot_file import RobotFile
 
@@ -28,10 +33,10 @@ UNITS = {
     "viscous_nm_s_per_rad": "Nm s/rad",
     "copper_w_per_nm2": "W/Nm2",
 }
-WRONG_UNIT_RATIO = 30.0  # measured over expected power beyond which the unit must be wrong
-WRONG_TORQUE_RATIO = 5.0
-IMPOSSIBLE_LOAD_RATIO = 2.5  # torque over effort limit; noise and wrong inertias stay well below
 POOR_R2 = 0.9  # of held-out motions; logs that the model explains reach 0.97 and more
+FEW_MOTIONS = 8  # below it people are told
+PowerSide = Literal["mains", "arm"]
+_SIDED = ("base_power_w", "drive_active_power_w", "inverter_efficiency")  # differ between mains and arm
 _SIGNIFICANT_DIGITS = 6
 
 
@@ -100,10 +105,13 @@ class Identification:
         braking_share: Share of time in which the bus had a surplus. [-]
         smoothing_s: Length over which positions were differentiated. [s]
         with_torque: Whether measured torques were used.
+        power_side: Where power was measured: at the mains, or on the bus of the arm, from which the figures are seen.
+        interpolated_step_s: Median step of the log, if positions between its samples are interpolated. [s]
         window_time_s: Middle of each window, shape (W,). [s]
         measured_w: Measured mean power of each window, shape (W,). [W]
         modelled_w: Modelled mean power of each window, shape (W,). [W]
         window_held_out: Which windows took no part in the fit, shape (W,).
+        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
     """
 
     robot: Robot
@@ -115,10 +123,13 @@ class Identification:
     braking_share: float
     smoothing_s: float
     with_torque: bool
+    power_side: PowerSide
+    interpolated_step_s: float | None
     window_time_s: Array
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+    timing: TimingIdentification | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -133,12 +144,21 @@ class Identification:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
-        if self.held_out.r2 >= POOR_R2:
-            return ()
-        return (
-            f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
-            "check that power and positions share one clock, and robot, payload and units",
-        )
+        found = []
+        if self.held_out.r2 < POOR_R2:
+            found.append(
+                f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
+                "check that power and positions share one clock, and robot, payload and units"
+            )
+        if self.interpolated_step_s is not None:
+            found.append(
+                f"samples are {1e3 * self.interpolated_step_s:.0f} ms apart or some are missing: positions and "
+                "velocities between them are interpolated"
+            )
+        motions = self.training.motions + self.held_out.motions
+        if motions < FEW_MOTIONS:
+            found.append(f"the log holds only {motions} motions: errors are wide, and scores stand on few of them")
+        return (*found, *(self.timing.warnings if self.timing is not None else ()))
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters and scores as plain data, ready for JSON."""
@@ -148,12 +168,15 @@ class Identification:
             "log": self.source,
             "smoothing_s": self.smoothing_s,
             "with_torque": self.with_torque,
+            "power_side": self.power_side,
+            "interpolated_step_s": self.interpolated_step_s,
             "braking_share": self.braking_share,
             "parameters": [asdict(parameter) for parameter in self.parameters],
             "unidentified": [parameter.name for parameter in self.unidentified],
             "training": asdict(self.training),
             "held_out": asdict(self.held_out),
             "held_out_catalog": asdict(self.held_out_catalog),
+            "timing": None if self.timing is None else self.timing.to_dict(),
             "warnings": list(self.warnings),
         }
 
@@ -168,8 +191,7 @@ class Identification:
         Args:
             name: Name of the new entry (default: the robot's name with `_identified`).
         """
-        data = self.robot.file.model_dump(mode="json")
-        data["name"] = name if name is not None else f"{self.robot.name}_identified"
+        data = with_timing(self.robot.file, self.timing, name).model_dump(mode="json")
         drives = data["drives"]
         drives["provenance"] = self.provenance()
         data["provenance"]["drives"] = {
@@ -183,6 +205,15 @@ class Identification:
                 target = target[part]
             if parameter.identified:  # the others keep the file's figure to the last digit
                 target[key] = float(f"{parameter.value:.{_SIGNIFICANT_DIGITS}g}")
+        if self.power_side == "arm" and self.robot.supply is not None:
+            found: dict[str, Any] = {p.name: p.value for p in self.parameters if p.name in _SIDED}
+            mains = self.robot.supply.mains_side(replace(self.robot.drives, **found))
+            drives |= {name: float(f"{getattr(mains, name):.{_SIGNIFICANT_DIGITS}g}") for name in _SIDED}
+        elif (supply := self.robot.supply) is not None and (
+            supply.controller_power_w > drives["base_power_w"] or supply.efficiency < drives["inverter_efficiency"]
+        ):  # the machine is better than what was assumed to lie before its arm
+            drives["supply"] = None
+            data["provenance"].pop("supply", None)
         return parse(RobotFile, data, f"identified {self.robot.name}")
 
     def provenance(self) -> str:
@@ -201,7 +232,12 @@ class Identification:
 
 
 def identify(
-    log: MeasuredLog, robot: Robot, *, smoothing_s: float | None = None, window_s: float = WINDOW_S
+    log: MeasuredLog,
+    robot: Robot,
+    *,
+    smoothing_s: float | None = None,
+    window_s: float = WINDOW_S,
+    power_side: PowerSide = "mains",
 ) -> Identification:
     """Estimate friction, copper loss, base and active power and the efficiencies of a robot's drives.
 
@@ -211,17 +247,23 @@ def identify(
         smoothing_s: Length of the stretch over which positions are differentiated; chosen from their noise if not
             given. [s]
         window_s: Length over which power is averaged. [s]
+        power_side: Where power was measured: at the mains, or on the bus of the arm (`Robot.arm_side`).
 
     Raises:
         InputError: The log is too short or contradicts itself; positions jump; power, positions, velocities or torques
             are saturated or in a wrong unit.
     """
+    if power_side not in get_args(PowerSide):
+        sides = ", ".join(get_args(PowerSide))
+        raise InputError(f"{shown(power_side)} is no side of the power", key="power_side", allowed=sides)
+    if power_side == "arm":
+        robot = robot.arm_side()
     signals = prepare(log, robot, smoothing_s, window_s)
-    _check_load(log, signals, robot)
+    check_load(signals, robot, log.source)
     vector = log_parameters(robot)
     start = np.clip(vector.start, vector.lower, vector.upper)
-    _check_power(log, signals, evaluate(vector, signals, start).power_w)
-    _check_torque(log, signals, evaluate(vector, signals, start).torque_nm)
+    check_power(log, signals, evaluate(vector, signals, start).power_w)
+    check_torque(log, signals, evaluate(vector, signals, start).torque_nm)
     solution = solve(vector, signals)
     final = evaluate(vector, signals, solution.x)  # with modelled torques, as everybody else will use it
     catalog = evaluate(vector, signals, start)
@@ -230,13 +272,15 @@ def identify(
     return Identification(
         robot=robot,
         source=log.source,
-        parameters=tuple(_parameters(vector, solution, robot)),
+        parameters=tuple(_parameters(vector, solution, robot, wider_for_few(signals.training_blocks))),
         training=_score(signals, measured, final.window_power_w, ~held_out),
         held_out=_score(signals, measured, final.window_power_w, held_out),
         held_out_catalog=_score(signals, measured, catalog.window_power_w, held_out),
         braking_share=float(signals.weight_s @ (final.bus_w < 0.0) / signals.weight_s.sum()),
         smoothing_s=signals.smoothing_s,
         with_torque=signals.torque_nm is not None,
+        power_side=power_side,
+        interpolated_step_s=signals.interpolated_step_s,
         window_time_s=signals.average(signals.time_s),
         measured_w=measured,
         modelled_w=final.window_power_w,
@@ -244,7 +288,15 @@ def identify(
     )
 
 
-def _parameters(vector: ParameterVector, solution: Solution, robot: Robot) -> list[Parameter]:
+def wider_for_few(blocks: int) -> float:
+    """By how much errors are wider than those of many motions: the quantile of Student's t over the normal one. [-]
+
+    Motions, not samples, are what is independent in a log.
+    """
+    return float(student_t.ppf(0.975, max(blocks - 1, 1)) / norm.ppf(0.975))
+
+
+def _parameters(vector: ParameterVector, solution: Solution, robot: Robot, wider: float) -> list[Parameter]:
     keys = vector.keys(robot.joint_names)
     names = [".".join(key) for key in keys]
     value = vector.figures(solution.x)
@@ -257,7 +309,7 @@ def _parameters(vector: ParameterVector, solution: Solution, robot: Robot) -> li
             name=names[entry],
             unit=UNITS[key[-1]],
             value=float(value[entry] if free else catalog[entry]),
-            standard_error=float(scale[entry] * solution.standard_error[entry]) if free else None,
+            standard_error=float(wider * scale[entry] * solution.standard_error[entry]) if free else None,
             inertia_error=float(scale[entry] * solution.inertia_error[entry]) if free else None,
             catalog_value=float(catalog[entry]),
             identified=free,
@@ -286,75 +338,3 @@ def _score(signals: Signals, measured: Array, modelled: Array, use: Mask) -> Sco
         energy_error_percent=100.0 * float(error.sum()) / float(energy.sum()),
         motion_energy_error_percent=100.0 * float(np.mean(np.abs(error / energy))),
     )
-
-
-def _check_load(log: MeasuredLog, signals: Signals, robot: Robot) -> None:
-    """Positions that jump, or stay at an end of the sensor's range, need torques that no drive has."""
-    ratio = np.abs(signals.load_nm) / robot.effort_nm
-    row, joint = (int(i) for i in np.unravel_index(np.argmax(ratio), ratio.shape))
-    if ratio[row, joint] > IMPOSSIBLE_LOAD_RATIO:
-        raise InputError(
-            f"the motion at t = {log.time_s[row]:.4f} s needs {ratio[row, joint]:.3g} times the effort limit of "
-            f"{robot.joint_names[joint]}: a position jumps or is saturated",
-            file=log.source,
-            key=f"q{joint + 1}_rad",
-            allowed=f"up to {IMPOSSIBLE_LOAD_RATIO:g} times the limit",
-        )
-
-
-def _check_power(log: MeasuredLog, signals: Signals, expected_w: Array) -> None:
-    """Unit and saturation of the measured power."""
-
-    def refuse(problem: str, allowed: str | None = None) -> None:
-        raise InputError(problem, file=log.source, key="power_w", allowed=allowed)
-
-    power = signals.power_w
-    if np.ptp(power) == 0.0:
-        refuse("the power never changes")
-    ratio = float(np.median(power)) / float(np.median(expected_w))
-    if ratio <= 0.0:
-        refuse("most of the power is zero or negative", "power drawn from the mains, positive [W]")
-    if not 1.0 / WRONG_UNIT_RATIO < ratio < WRONG_UNIT_RATIO:
-        hint = "; it looks like kilowatts" if 2e-4 < ratio < 5e-3 else ""
-        refuse(f"the power is {ratio:.3g} times what the catalog entry expects{hint}", "watts")
-    zeros = int(np.count_nonzero(power == 0.0))
-    if zeros > 3:
-        refuse(f"{zeros} samples are exactly zero: the meter dropped out", "no dropouts; cut the log there")
-    clipped = _clipped(power)
-    if clipped:
-        refuse(f"{clipped} samples stay at exactly {power.max():.6g} W, the largest value: the meter is saturated")
-
-
-def _check_torque(log: MeasuredLog, signals: Signals, expected_nm: Array) -> None:
-    """Unit, sign and saturation of measured torques."""
-    if signals.torque_nm is None:
-        return
-    for joint in range(expected_nm.shape[1]):
-        key, slides = f"q{joint + 1}_torque_nm", signals.direction[:, joint] != 0.0
-        if np.count_nonzero(slides) < 50:
-            continue
-        measured, expected = signals.torque_nm[slides, joint], expected_nm[slides, joint]
-        clipped = _clipped(np.abs(measured))
-        if clipped:
-            raise InputError(
-                f"{clipped} samples stay at exactly the largest value: the torque is saturated",
-                file=log.source,
-                key=key,
-            )
-        slope = float(measured @ expected) / max(float(expected @ expected), 1e-12)
-        if not 1.0 / WRONG_TORQUE_RATIO < slope < WRONG_TORQUE_RATIO:
-            raise InputError(
-                f"the torque is {slope:.3g} times what the robot's inertia and the catalog's friction expect",
-                file=log.source,
-                key=key,
-                allowed="Nm on the link side (motor torque times gear ratio), positive where it drives q upwards",
-            )
-
-
-def _clipped(values: Array) -> int:
-    """Number of samples in repeated stays of three or more at exactly the largest value."""
-    top = np.concatenate([[False], values == values.max(), [False]])
-    change = np.flatnonzero(top[1:] != top[:-1])
-    lengths = change[1::2] - change[::2]
-    stays = lengths[lengths >= 3]
-    return int(stays.sum()) if len(stays) >= 2 else 0

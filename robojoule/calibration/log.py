@@ -1,8 +1,8 @@
-"""Measured logs: CSV or Parquet tables of time, joint positions and mains power, read and checked.
+"""Measured logs: CSV or Parquet tables of time, joint positions and power, read and checked.
 
 Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `power_w`; optionally
-`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`, and
-`payload_kg`. Other columns are ignored, unless they look like a joint's.
+`q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`,
+`payload_kg` and `speed_limit_percent`. Other columns are ignored, unless they look like a joint's.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from robojoule.robots.robot import Robot
 
 LIMIT_MARGIN_RAD = 0.02  # overshoot and calibration offsets of a real arm
 LARGEST_STEP_S = 0.02  # 50 Hz: a jerk phase of a fast arm must not fall between two samples
+LARGEST_SPARSE_STEP_S = 0.05  # the same with velocities, between which positions are interpolated
 LARGEST_CONSTANT = 1e3  # of a motor [Nm/A]
 GAP_STEPS, GAP_S = 5.0, 0.05
+LARGEST_GAP_S = 0.1  # of packets that a log with velocities may have lost at once: power is not known there
 _JOINT_COLUMN = re.compile(r"q(\d+)_(\w+)")
 _JOINT_QUANTITIES = ("rad", "deg", "velocity_rad_s", "torque_nm", "current_a")
 
@@ -36,10 +38,11 @@ class MeasuredLog:
         source: File it was read from.
         time_s: Instants, rising, not necessarily at equal steps, shape (T,). [s]
         position_rad: Joint positions, shape (T, n). [rad]
-        power_w: Mains power, shape (T,). [W]
+        power_w: Power, of the mains or on the arm's bus, shape (T,). [W]
         velocity_rad_s: Measured joint velocities, shape (T, n), if logged. [rad/s]
         torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
         payload_kg: Payload mass, shape (T,), if logged. [kg]
+        speed_limit: Speed limit of the program that held, a fraction in (0, 1], shape (T,), if logged. [-]
     """
 
     source: str
@@ -49,6 +52,7 @@ class MeasuredLog:
     velocity_rad_s: Array | None = None
     torque_nm: Array | None = None
     payload_kg: Array | None = None
+    speed_limit: Array | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -73,7 +77,8 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
     source, count = table.source, robot.joint_count
     _check_columns(table, count)
     time, power = table.column("time_s"), table.column("power_w")
-    _check_time(time, source)
+    velocity = _joint_columns(table, count, "velocity_rad_s")
+    _check_time(time, source, with_velocity=velocity is not None)
     position = _positions(table, robot)
     payload = table.column("payload_kg") if "payload_kg" in table.names else None
     if payload is not None and payload.min() < 0.0:
@@ -85,9 +90,10 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         time_s=time,
         position_rad=position,
         power_w=power,
-        velocity_rad_s=_joint_columns(table, count, "velocity_rad_s"),
+        velocity_rad_s=velocity,
         torque_nm=_torques(table, robot, checked),
         payload_kg=payload,
+        speed_limit=_speed_limits(table),
     )
     _check_velocity(log, robot)
     return log
@@ -104,6 +110,19 @@ def _check_columns(table: LogTable, count: int) -> None:
         if not 1 <= int(match[1]) <= count:
             problem = f"the robot has {counted(count, 'joint')} only"
             raise InputError(problem, file=table.source, key=name, allowed=f"q1 to q{count}")
+
+
+def _speed_limits(table: LogTable) -> Array | None:
+    """Speed limits as fractions, if logged."""
+    key = "speed_limit_percent"
+    if key not in table.names:
+        return None
+    limits = table.column(key)
+    bad = np.flatnonzero(~((limits > 0.0) & (limits <= 100.0)))
+    if bad.size:
+        problem = f"row {bad[0] + 1} holds {limits[bad[0]]:.6g}"
+        raise InputError(problem, file=table.source, key=key, allowed="above 0 and up to 100 %")
+    return limits / 100.0
 
 
 def _joint_columns(table: LogTable, count: int, quantity: str) -> Array | None:
@@ -181,7 +200,7 @@ def check_torque_constants(constants_nm_per_a: ArrayLike, robot: Robot) -> Array
     return constants
 
 
-def _check_time(time_s: Array, source: str) -> None:
+def _check_time(time_s: Array, source: str, *, with_velocity: bool) -> None:
     key = "time_s"
     steps = np.diff(time_s)
     if len(steps) == 0:
@@ -192,12 +211,15 @@ def _check_time(time_s: Array, source: str) -> None:
         problem = f"row {row} has the time of the row before" if steps[row - 2] == 0.0 else f"time falls at row {row}"
         raise InputError(problem, file=source, key=key, allowed="rising times")
     median = float(np.median(steps))
-    if median > LARGEST_STEP_S:
+    if median > (LARGEST_SPARSE_STEP_S if with_velocity else LARGEST_STEP_S):
         hint = "; the column looks like milliseconds" if median >= 1.0 else ""
         raise InputError(
-            f"the samples are {median:.4g} s apart{hint}", file=source, key=key, allowed=f"at most {LARGEST_STEP_S} s"
+            f"the samples are {median:.4g} s apart{hint}",
+            file=source,
+            key=key,
+            allowed=f"at most {LARGEST_STEP_S} s, or {LARGEST_SPARSE_STEP_S} s with velocities",
         )
-    limit = max(GAP_STEPS * median, GAP_S)
+    limit = max(GAP_STEPS * median, LARGEST_GAP_S if with_velocity else GAP_S)
     gaps = np.flatnonzero(steps > limit)
     if gaps.size:
         row = int(gaps[0])

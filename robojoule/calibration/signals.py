@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from robojoule.arrays import Array, Index, Mask
+from robojoule.calibration.interpolation import interpolated, is_sparse
 from robojoule.calibration.log import MeasuredLog
 from robojoule.errors import InputError
 from robojoule.inputs import as_number, counted
@@ -30,7 +31,7 @@ REST_SPEED = 0.002  # of the speed limit: below it a joint stands
 STOP_SPEED = 0.03  # of the speed limit: below it one motion ends and the next begins
 LONGEST_BLOCK_S = 6.0
 HELD_OUT_EVERY = 4  # every fourth block is held out
-FEWEST_BLOCKS = 8
+FEWEST_BLOCKS = 2  # one to fit, one to judge
 LARGEST_VELOCITY_MISFIT = 0.1  # root mean square, of the velocity's own
 _CHUNK = 20_000
 _MOST_PAYLOADS = 20
@@ -55,6 +56,7 @@ class Signals:
         window_s: Length of each window, shape (W,). [s]
         window_block: Block of each window, shape (W,).
         blocks: Number of blocks B. A block is one motion with half of the rests round it, or a stretch of time.
+        interpolated_step_s: Median step of the log, if positions between its samples are interpolated. [s]
     """
 
     time_s: Array
@@ -71,6 +73,7 @@ class Signals:
     window_s: Array
     window_block: Index
     blocks: int
+    interpolated_step_s: float | None = None
 
     def average(self, values: Array) -> Array:
         """Average over windows, shape (T, ...) -> (W, ...)."""
@@ -80,8 +83,14 @@ class Signals:
 
     @property
     def held_out(self) -> Mask:
-        """Windows of the held-out blocks, shape (W,)."""
-        return np.asarray(self.window_block % HELD_OUT_EVERY == HELD_OUT_EVERY - 1, dtype=np.bool_)
+        """Windows of the held-out blocks, shape (W,): every fourth, or the last of fewer."""
+        every = min(HELD_OUT_EVERY, self.blocks)
+        return np.asarray(self.window_block % every == every - 1, dtype=np.bool_)
+
+    @property
+    def training_blocks(self) -> int:
+        """Number of blocks that are not held out."""
+        return self.blocks - self.blocks // min(HELD_OUT_EVERY, self.blocks)
 
 
 def local_cubic(time_s: Array, values: Array, smoothing_s: float) -> tuple[Array, Array, Array]:
@@ -161,8 +170,14 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
             as_number(length, key, least=SHORTEST_LENGTH_S, most=LONGEST_LENGTH_S, unit="s")
     if len(log.time_s) < 50:
         raise InputError(f"the log has only {counted(len(log.time_s), 'row')}", file=log.source, allowed="at least 50")
+    measured_step_s = float(np.median(np.diff(log.time_s)))
+    sparse = is_sparse(log)
+    if sparse:
+        log = interpolated(log)
     if smoothing_s is None:
         smoothing_s = choose_smoothing(log.time_s, log.position_rad)
+        if sparse:  # noise within a cubic cannot be seen: over two samples it evens out
+            smoothing_s = max(smoothing_s, min(2.0 * measured_step_s, LONGEST_SMOOTHING_S))
     position, velocity, acceleration = local_cubic(log.time_s, log.position_rad, smoothing_s)
     if log.velocity_rad_s is not None:
         _check_measured_velocity(log, velocity)
@@ -201,6 +216,7 @@ def prepare(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, wi
         window_s=np.add.reduceat(weight, start),
         window_block=window_block,
         blocks=blocks,
+        interpolated_step_s=measured_step_s if sparse else None,
     )
 
 

@@ -106,13 +106,18 @@ class TimingIdentification:
         return tuple(parameter for parameter in self.parameters if not parameter.identified)
 
     @property
+    def is_good(self) -> bool:
+        """Whether the rule explains the durations, and better than the entry: else robot files keep the entry's."""
+        return self.held_out_error_percent <= min(POOR_ERROR_PERCENT, self.nominal_error_percent)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
         found = []
         if self.held_out_error_percent > POOR_ERROR_PERCENT:
             found.append(
-                f"no rule explains the durations to {POOR_ERROR_PERCENT:g} % of motions left out: check speed "
-                "limits, payload and that every move stops at its end"
+                f"no rule explains the durations to {POOR_ERROR_PERCENT:g} % of motions left out, so none is taken: "
+                "check speed limits (column speed_limit_percent), payload and that every move stops at its end"
             )
         if self.speeds == 1:
             found.append(
@@ -181,7 +186,7 @@ def with_timing(file: RobotFile, timing: TimingIdentification | None, name: str 
     data = file.model_dump(mode="json")
     data["derived_from"] = file.derived_from or file.name
     data["name"] = name if name is not None else f"{file.name}_identified"
-    if timing is not None:
+    if timing is not None and timing.is_good:
         data["controller"] = timing.controller_data()
     return parse(RobotFile, data, f"identified {file.name}")
 

@@ -23,7 +23,7 @@ from robojoule.planning.speed_choice import (
     second_trial_limit,
 )
 from robojoule.planning.writeback import WAIT_STEP_S, write_plan
-from robojoule.profile.measured import MeasuredProfiles, measured_profiles
+from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
 
 SAME_TIME_S = 1e-3  # of waits: below, nothing is left to be used
@@ -83,7 +83,7 @@ def plan_on_measurements(
     """
     tree, graph = batch.trees[0], batch.graphs[0]
     as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
-    known = min(float(runs.speed_limits.min()), float(as_written.speed_limits.min()))
+    known = min(BELOW_MEASURED * float(runs.speed_limits.min()), float(as_written.speed_limits.min()))
     limits = controller_limits(speed_step, max(batch.slowest_speed_limit, known))
     others = np.concatenate([runs.speed_limits, as_written.speed_limits, batch.speed_range[1]])
     profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, others)))
@@ -94,7 +94,8 @@ def plan_on_measurements(
     least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
     wanted_s = cycle_time(given.cycle_time_s, least_s)
     if np.unique(runs.speed_limits).size == 1:
-        second = 100.0 * second_trial_limit(batch, runs, wanted_s, limits)
+        every = controller_limits(speed_step, batch.slowest_speed_limit)
+        second = 100.0 * second_trial_limit(batch, runs, wanted_s, every)
         raise InputError(
             "all runs have one speed limit, which says nothing of slower ones",
             file=runs.source,

@@ -3,16 +3,16 @@
 Durations come from the rule of the controller that explains the runs best (`robojoule.calibration.timing`), energies
 from the nominal plant under that rule, with its figures moved by what the measured energies say (a linear step with the
 priors of `robojoule.calibration.run_model`), both corrected motion by motion (`local_correction`). The last pass of
-runs through all moves then sets the total of the durations. No profile reaches below the lowest speed limit at which
-its motion was measured: what is slower is not known.
+runs through all moves then sets the total of the durations, as far as its stamps are surer than what was expected. A
+profile hardly reaches below the lowest speed limit at which its motion was measured: what is slower is not known.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.local_correction import amplitude_of, correction
@@ -27,7 +27,9 @@ from robojoule.robots.controller_file import ControllerTiming
 ENERGY_NOISE = 0.02  # of a measured energy
 MODEL_NOISE = 0.01  # of a modelled one beside what its figures explain
 SLOPE_SPREAD = 0.02  # of energy per e-fold of duration, of friction in another form than the model's
+BELOW_MEASURED = 0.85  # of the lowest measured speed limit: how far below it a profile reaches
 _NODES = 14
+_LEAST_WEIGHT = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,7 @@ class MeasuredProfiles:
         energy_covariance: Covariance of these unknowns, shape (Q, Q).
         idle_w: Idle power at start and end of each motion, shape (M, 2). [W]
         idle_gradient_w: Derivatives of the idle powers after the unknowns, shape (M, 2, Q). [W]
+        held_out_error: Error of durations by the rule, each motion left out in turn, relative. [-]
         controller: The controller's timing as it was found.
         rule: Name of its rule.
     """
@@ -67,6 +70,7 @@ class MeasuredProfiles:
     energy_covariance: Array
     idle_w: Array
     idle_gradient_w: Array
+    held_out_error: float
     controller: ControllerTiming
     rule: str
 
@@ -112,7 +116,7 @@ def measured_profiles(paths: MotionPaths, runs: MeasuredRuns, speed_limits: Arra
     """
     durations = checked_durations(paths, runs)
     fits = fit_all(paths, durations, one_speed=np.unique(runs.speed_limits).size == 1)
-    return Measurement(paths).profiles(runs, durations, fits[int(best_rules(fits)[0])], 0, speed_limits)
+    return Measurement(paths).profiles(runs, durations, fits, 0, speed_limits)
 
 
 class Measurement:
@@ -130,25 +134,28 @@ class Measurement:
         self._regressed = PathIntegrals(paths, np.ones(1), self.directions)
 
     def profiles(
-        self, runs: MeasuredRuns, durations: Durations, fit: RuleFit, place: int, speed_limits: Array
+        self, runs: MeasuredRuns, durations: Durations, fits: Sequence[RuleFit], place: int, speed_limits: Array
     ) -> MeasuredProfiles:
-        """Profiles from one set of runs and the rule that was fitted to it.
+        """Profiles from one set of runs and the rules that were fitted to it.
 
         Args:
             runs: The runs.
             durations: Their durations, of many sets.
-            fit: The rule, fitted to many sets.
+            fits: The rules, fitted to many sets; durations are means by how probable each is.
             place: Which of the sets.
             speed_limits: Speed limits asked for, rising, shape (S,). [-]
         """
+        fit = fits[int(best_rules(fits)[place])]
         candidate, x = fit.candidate, fit.x[place]
         grid, moving = speed_limits, self.paths.moving
         every = np.repeat(np.arange(self.paths.motions), grid.size)
-        table, gradient = candidate.evaluate(x[None], every, np.tile(grid, self.paths.motions)[None])
-        duration = table[0].reshape(-1, grid.size)
-        gradient = gradient[0].reshape(*duration.shape, -1)
+        at_grid, at_runs = (every, np.tile(grid, self.paths.motions)), (runs.motion, runs.speed_limits)
+        duration, gradient, modelled = _averaged(fits, place, at_grid, at_runs)
+        duration = duration.reshape(-1, grid.size)
+        gradient = gradient.reshape(*duration.shape, -1)
+        covariance = np.eye(gradient.shape[2])
+        covariance[: x.size, : x.size] = fit.covariance[place]
 
-        modelled = candidate.evaluate(x[None], runs.motion, runs.speed_limits[None])[0][0]
         noise = durations.deviation_s[place] / runs.duration_s
         residual = np.log(runs.duration_s / modelled)
         amplitude = amplitude_of(residual, noise, _inflation(fit, place))
@@ -162,8 +169,14 @@ class Measurement:
         if last is not None:
             places = np.full(self.paths.motions, grid.size - 1)
             places[runs.motion[last]] = np.argmin(np.abs(grid - runs.speed_limits[last][:, None]), axis=1)
-            at = _at_limits(grid, duration, runs, last)
-            duration *= runs.duration_s[last].sum() / at.sum()
+            total_s = float(_at_limits(grid, duration, runs, last).sum())
+            rows = np.arange(self.paths.motions)
+            along = gradient[rows, places].sum(axis=0)
+            single = np.where(moving, duration[rows, places] * deviation[rows, places], 0.0)
+            before = max(float(along @ covariance @ along), 0.0) + float((single**2).sum())
+            share = before / (before + total_deviation**2)  # of what was measured against what was expected
+            duration *= 1.0 + share * (float(runs.duration_s[last].sum()) / total_s - 1.0)
+            total_deviation *= np.sqrt(share)
         duration[~moving] = 0.0
         lowest = np.full(self.paths.motions, np.inf)
         np.minimum.at(lowest, runs.motion, runs.speed_limits)
@@ -173,11 +186,12 @@ class Measurement:
         energies = self._energies(runs, controller, grid, duration)
         return MeasuredProfiles(
             speed_limits=grid,
-            allowed=np.where(moving[:, None], grid >= lowest[:, None] - 1e-9, grid == grid[-1]),
+            allowed=np.where(moving[:, None], grid >= BELOW_MEASURED * lowest[:, None] - 1e-9, grid == grid[-1]),
             duration_s=duration,
             duration_deviation_s=np.where(moving[:, None], duration * deviation, 0.0),
             duration_gradient_s=gradient,
-            timing_covariance=fit.covariance[place],
+            timing_covariance=covariance,
+            held_out_error=error,
             last_pass=places,
             total_deviation_s=total_deviation,
             controller=controller,
@@ -189,6 +203,8 @@ class Measurement:
         self, runs: MeasuredRuns, controller: ControllerTiming, grid: Array, duration_s: Array
     ) -> dict[str, Array]:
         """The fields of `MeasuredProfiles` that are about energies."""
+        from scipy.interpolate import PchipInterpolator  # late: plans on simulated profiles do without
+
         paths, vector = self.paths.with_controller(controller), self.vector
         low = min(float(grid[0]), float(runs.speed_limits.min()))
         nodes = np.exp(np.linspace(np.log(min(low, 0.999)), 0.0, _NODES))
@@ -244,11 +260,48 @@ class Measurement:
         }
 
 
+def _averaged(
+    fits: Sequence[RuleFit], place: int, at_grid: tuple[Index, Array], at_runs: tuple[Index, Array]
+) -> tuple[Array, Array, Array]:
+    """Durations by all rules that are probable, as means of their logarithms.
+
+    Args:
+        fits: The rules.
+        place: Which set of runs.
+        at_grid: Motions and speed limits asked for, shape (G,) each.
+        at_runs: Those of the runs, shape (R,) each.
+
+    Returns:
+        Durations (G,) [s]; their derivatives after the entries of the best rule and, with variance 1, after what
+        rules differ by (G, P + k); durations of the runs (R,) [s].
+    """
+    scores = np.array([fit.score[place] for fit in fits])
+    weights = np.exp(scores.min() - scores)
+    weights /= weights.sum()
+    kept = np.flatnonzero(weights > _LEAST_WEIGHT)
+    weights = weights[kept] / weights[kept].sum()
+    best = int(np.argmin(scores))
+    tables, runs, gradient = [], [], np.zeros(0)
+    for number in kept.tolist():
+        candidate, x = fits[number].candidate, fits[number].x[place][None]
+        found, along = candidate.evaluate(x, at_grid[0], at_grid[1][None])
+        tables.append(np.log(found[0]))
+        runs.append(np.log(candidate.evaluate(x, at_runs[0], at_runs[1][None])[0][0]))
+        if number == best:
+            gradient = along[0]
+    logs = np.stack(tables)
+    mean = np.exp(weights @ logs)
+    if kept.size > 1:
+        apart = (logs - weights @ logs) * np.sqrt(weights)[:, None] * mean
+        gradient = np.concatenate([gradient, apart.T], axis=1)
+    return mean, gradient, np.exp(weights @ np.stack(runs))
+
+
 def last_pass(runs: MeasuredRuns, moving: Mask) -> Index | None:
-    """Rows of the last pass through all moves that move, shape (M',); None if the last rows are none."""
+    """Rows of the last pass through all moves that move, in their order, shape (M',); None if the last are none."""
     count = int(moving.sum())
     rows = np.arange(runs.motion.size - count, runs.motion.size)
-    if count == 0 or rows[0] < 0 or not np.array_equal(np.sort(runs.motion[rows]), np.flatnonzero(moving)):
+    if count == 0 or rows[0] < 0 or not np.array_equal(runs.motion[rows], np.flatnonzero(moving)):
         return None
     return rows
 

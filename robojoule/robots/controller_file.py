@@ -108,3 +108,8 @@ class ControllerTiming:
     dead_time_s: float = 0.0
     least_cruise_share: float = 0.0
     duration_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        from robojoule.arrays import freeze  # late: listing robots needs no numpy
+
+        freeze(self)

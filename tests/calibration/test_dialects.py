@@ -35,7 +35,7 @@ def test_packed_tables_are_read_and_damaged_ones_refused(tmp_path):
     path.write_bytes(gzip.compress(text.encode()))
     assert read_table(path).column("x") == pytest.approx([1.0, 2.0])
     path.write_bytes(gzip.compress(text.encode())[:-6])
-    with pytest.raises(InputError, match="cannot be read .it is cut off"):
+    with pytest.raises(InputError, match=r"cannot be read .it is cut off"):
         read_table(path)
     path.write_bytes(b"not packed")
     with pytest.raises(InputError, match="cannot be read"):

@@ -86,6 +86,6 @@ def test_contradictions_and_bad_lengths_are_refused(robot):
         prepare(log, robot, window_s=0.0)
     with pytest.raises(InputError, match="smoothing_s: 2 is out of range"):
         prepare(log, robot, smoothing_s=2.0)
-    short, _ = make_log(Plant(5), 5, motions=4)
-    with pytest.raises(InputError, match="the log holds only 4 motions; allowed: at least 8"):
+    short, _ = make_log(Plant(5), 5, motions=1)
+    with pytest.raises(InputError, match="the log holds only 1 motion; allowed: at least 2"):
         prepare(as_log(short), robot)

@@ -210,6 +210,15 @@ def _write_tables(tables: Path) -> None:
     steps = {"representation": ("five_runs", "dense"), "idle_power": ("constant",), "predictor": ("mean",)}
     ablations = [{"part": part} | row for part, cases in steps.items() for row in gap_rows("case", cases)]
     write_rows(studies / "ablations.csv", ablations)
+    figures = ("late", "gap", "late_nominal", "late_one_ratio")
+    machines = [
+        {"look": look, "machine": machine, "inside": inside, "trials": trials}
+        | {f"{name}_{what}_percent": 0.1 * trials for name in figures for what in ("mean", "worst")}
+        for look in ("trace", "stopwatch")
+        for machine, inside in (("slower", "true"), ("odd", "false"))
+        for trials in (1, 2)
+    ]
+    write_rows(studies / "closed_loop.csv", machines)
     payloads: list[dict[str, object]] = [
         {
             "payload_kg": payload,

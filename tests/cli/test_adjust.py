@@ -1,0 +1,92 @@
+"""`robojoule adjust`, and what `optimize` and `identify` make of a table of runs."""
+
+import json
+
+import numpy as np
+import pytest
+
+from robojoule.cli import main
+from robojoule.formats.program import load_program
+from robojoule.motion.simulation import MotionPaths
+from tests.calibration.machines import joint_controller
+from tests.core_cases import kr16
+
+ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
+
+
+def said(capsys, *words) -> dict:
+    assert main([*map(str, words), *ROBOT, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture
+def runs(program, tmp_path):
+    """Runs of the program's moves at two speeds, as a spreadsheet of another country writes them."""
+    read = load_program(program)
+    points = read.tree.configurations_rad()
+    machine = MotionPaths(kr16(), points[:-1], points[1:]).with_controller(joint_controller(kr16()))
+    lines = ["move;speed_limit_percent;duration_s;energy_j"]
+    for limit in (1.0, 0.3):
+        found = machine.simulate([limit])
+        for move, duration, energy in zip(read.moves, found.duration_s[:, 0], found.energy_j[:, 0], strict=True):
+            lines.append(f"{move.name};{100 * limit:g};{np.round(duration / 0.004) * 0.004:.3f};{energy:.0f}")
+    path = tmp_path / "runs.csv"
+    path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_measured_cycle_gives_a_faster_plan(program, tmp_path, capsys):
+    out = tmp_path / "plan.yaml"
+    plan = said(capsys, "optimize", program, "--cycle-time", "+30%", "--out", out)
+    again = said(capsys, "adjust", out, "--measured-cycle", 1.04 * plan["cycle_time_s"], "--out", tmp_path / "new.yaml")
+    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=1e-6)
+    faster = [
+        a["speed_limit_percent"] >= b["speed_limit_percent"] for a, b in zip(again["moves"], plan["moves"], strict=True)
+    ]
+    assert all(faster)
+    assert load_program(tmp_path / "new.yaml").moves[0].speed_limit_percent == again["moves"][0]["speed_limit_percent"]
+
+
+def test_plans_on_runs_say_how_sure_they_are(program, runs, capsys):
+    asked = ["optimize", program, "--runs", runs, "--cycle-time", "6", "--reserve", "0.05s", "--profiles", "predicted"]
+    result = said(capsys, *asked)
+    assert result["reserve_s"] == pytest.approx(0.05)
+    assert result["cycle_time_s"] == pytest.approx(6.0)
+    assert 0.0 <= result["outlook"]["late_probability"] < 0.5
+    assert main([*map(str, asked), *ROBOT]) == 0
+    shown = capsys.readouterr().out
+    assert "reserve 0.0500 s" in shown and "(90 % interval)" in shown and "controller: " in shown
+
+
+def test_timing_is_identified_from_the_same_table(program, runs, tmp_path, capsys):
+    out = tmp_path / "mine.json"
+    result = said(capsys, "identify", runs, "--program", program, "--out", out)
+    assert result["timing"]["runs"] == 2 * len(load_program(program).moves)
+    assert result["timing"]["nominal_error_percent"] > 3.0
+    assert json.loads(out.read_text(encoding="utf-8"))["derived_from"] == "kuka_kr16_r2010_2"
+    assert main(["identify", str(runs), "--program", str(program), *ROBOT]) == 0
+    assert "timing from" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["adjust", "PROGRAM"], "what the trial gave is needed"),
+        (["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"], "what the trial gave is needed"),
+        (["adjust", "PROGRAM", "--runs", "RUNS"], "with runs the cycle time must be given"),
+        (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "10s"], "is not a valid reserve"),
+        (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "-1%"], "is not a valid reserve"),
+        (["optimize", "PROGRAM", "--cycle-time", "9", "--profiles", "true"], "unknown source of profiles"),
+        (
+            ["optimize", "PROGRAM", "--cycle-time", "9", "--profiles", "measured"],
+            "measured profiles need measured runs",
+        ),
+        (["optimize", "PROGRAM", "--cycle-time", "9", "--profiles", "simulated", "--cautious"], "no interval"),
+        (["identify", "RUNS"], "needs the program whose moves it names"),
+        (["identify", "RUNS", "--program", "PROGRAM", "--window", "0.1"], "goes with a log"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(program, runs, capsys, words, message):
+    named = {"PROGRAM": str(program), "RUNS": str(runs)}
+    assert main([*(named.get(word, word) for word in words), *ROBOT]) == 2
+    assert message in capsys.readouterr().err

@@ -1,0 +1,101 @@
+"""Plans on measured runs, through the door: they hold on the machine whose runs were measured."""
+
+import numpy as np
+import pytest
+
+import robojoule as rj
+from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.programs.operation_tree import tree_from_configurations
+from tests.calibration.machines import closed_cycle, joint_controller, observed
+
+ASKED = 1.4  # of the machine's least cycle time
+
+
+@pytest.fixture(scope="module")
+def case():
+    paths, points = closed_cycle(seed=9, moves=8)
+    program = rj.Program(tree_from_configurations("cell", points))
+    machine = joint_controller(paths.robot, exponent=1.0)
+    return paths, program, machine, ASKED * paths.with_controller(machine).durations([1.0]).sum()
+
+
+def executed(paths, machine, plan):
+    """Cycle time and energy of a plan on the machine, its waits as written."""
+    runs = paths.with_controller(machine).simulate(plan.run.speed_limits[:, None])
+    waits = plan.run.prior_waits_s + plan.run.post_waits_s
+    return float(runs.duration_s.sum() + waits.sum()), float(runs.energy_j.sum())
+
+
+def test_a_plan_on_runs_holds_where_the_nominal_one_is_late(case):
+    paths, program, machine, asked = case
+    nominal = rj.optimize(program, paths.robot, cycle_time=asked)
+    assert executed(paths, machine, nominal)[0] > 1.05 * asked
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs)
+    assert plan.profiles == "measured"
+    assert plan.cycle_time_s == pytest.approx(asked, abs=1e-9)
+    assert executed(paths, machine, plan)[0] == pytest.approx(asked, rel=2e-3)
+    assert plan.outlook.rule.startswith("joint_accelerations")
+    assert plan.outlook.saving_low_percent < plan.saving_percent < plan.outlook.saving_high_percent
+    whole = 100.0 * plan.run.speed_limits
+    assert whole == pytest.approx(np.round(whole), abs=1e-9)
+
+
+def test_a_reserve_is_a_wait_at_the_end_and_makes_lateness_unlikely(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, reserve="1%")
+    assert plan.reserve_s == pytest.approx(0.01 * asked)
+    assert plan.moves[-1].wait_after_s >= plan.reserve_s - 1e-9
+    assert plan.outlook.late_probability < 0.02
+    assert plan.cycle_time_s == pytest.approx(asked, abs=1e-9)
+
+
+def test_one_speed_alone_is_refused_with_the_one_that_is_missing(case):
+    paths, program, machine, asked = case
+    with pytest.raises(InputError, match=r"all runs have one speed limit.*runs with all moves at \d+ % as well"):
+        rj.optimize(program, paths.robot, cycle_time=asked, runs=observed(paths, machine, (1.0,)))
+
+
+def test_measured_profiles_want_every_move_and_predicted_ones_do_not(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
+    known = runs.motion != 5
+    few = MeasuredRuns(
+        "few.csv",
+        runs.motion[known],
+        runs.speed_limits[known],
+        runs.duration_s[known],
+        runs.energy_j[known],
+        runs.resolution_s,
+    )
+    with pytest.raises(InputError, match="move 'move-6' has no run"):
+        rj.optimize(program, paths.robot, cycle_time=asked, runs=few)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=few, profiles="predicted")
+    assert executed(paths, machine, plan)[0] == pytest.approx(asked, rel=0.01)
+
+
+def test_simulated_profiles_take_the_timing_of_the_runs(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3), energies=False)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, profiles="simulated")
+    assert executed(paths, machine, plan)[0] == pytest.approx(asked, rel=5e-3)
+    assert 0.0 < plan.outlook.late_probability < 1.0
+    assert plan.outlook.saving_low_percent is None
+
+
+def test_a_cycle_that_the_machine_cannot_keep_is_refused_with_the_least_one(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3))
+    with pytest.raises(CycleTimeTooShort) as error:
+        rj.optimize(program, paths.robot, cycle_time=asked / ASKED * 0.97, runs=runs)
+    assert error.value.minimum_s == pytest.approx(asked / ASKED, rel=2e-3)
+
+
+def test_limits_of_the_program_are_kept(case):
+    paths, program, machine, asked = case
+    tree = program.tree.with_plan({"move-2": 40.0})
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
+    plan = rj.optimize(rj.Program(tree), paths.robot, cycle_time=1.2 * asked, runs=runs)
+    assert plan.moves[1].speed_limit_percent <= 40.0
