@@ -269,6 +269,7 @@ def identify(
         InputError: The log cannot be read, is too short or contradicts itself.
     """
     from robojoule.calibration import identification  # late: brings scipy
+    from robojoule.calibration.lag import meter_lag, without_lag
     from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
     from robojoule.calibration.log_motions import log_timing
     from robojoule.calibration.signals import WINDOW_S
@@ -278,9 +279,15 @@ def identify(
         check_torque_constants(torque_constants, robot)
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
+    if log.on_the_arm and power_side == "mains":
+        problem = "the power of this log is that of the bus that feeds the arm, not of the mains"
+        raise InputError(problem, file=log.source, key="power_side", allowed="arm")
     window = WINDOW_S if window_s is None else window_s
-    found = identification.identify(log, robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side)
-    return replace(found, timing=log_timing(log, robot))
+    lag = meter_lag(log, robot, smoothing_s)
+    found = identification.identify(
+        without_lag(log, lag.lag_s), robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side
+    )
+    return replace(found, lag=lag, timing=log_timing(log, robot))
 
 
 @_finite

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from reproduction.closed_loop.config import MachineRanges, Range
+from reproduction.study.config import MachineRanges, Range
 from robojoule.arrays import Array
 from robojoule.motion.learnt_controller import LearntPathTiming
 from robojoule.motion.simulation import MotionPaths

@@ -10,11 +10,10 @@ from multiprocessing import get_context
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from reproduction.closed_loop.config import CloseTheLoopParams
 from reproduction.closed_loop.machines import hidden_machines
 from reproduction.closed_loop.trials import TreeOfMachine, Trial
 from reproduction.study.cases import generate_trees
-from reproduction.study.config import StudyMotionsParams
+from reproduction.study.config import CloseTheLoopParams, StudyMotionsParams
 from reproduction.tables import Row
 from robojoule.arrays import Array
 from robojoule.calibration.run_model import body_directions

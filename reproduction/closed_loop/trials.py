@@ -15,17 +15,15 @@ from reproduction.closed_loop.machines import PERCENT, MachineTable
 from reproduction.tables import Row
 from robojoule.arrays import Array, Index
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule
+from robojoule.calibration.timing_fit import Durations, RuleFit, fit_rule
 from robojoule.calibration.timing_rules import candidates
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.choice import least_cost_choice
 from robojoule.planning.speed_choice import (
-    SECOND_TRIAL,
     choose_speeds,
     late_probability,
-    modelled_durations,
     saving_interval,
-    trial_place,
+    second_trial_place,
 )
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, Measurement
 from robojoule.profile.sampled import sampled_profile
@@ -146,11 +144,8 @@ class TreeOfMachine:
         """Speed limit of the second run of the first trial, shape (B, M)."""
         durations = seen.durations()
         fits = [fit_rule(candidate, durations) for candidate in self.at_one_speed]
-        places = []
-        for draw, chosen in enumerate(best_rules(fits).tolist()):
-            fit = fits[chosen]
-            totals = modelled_durations(fit.candidate, fit.x[draw : draw + 1], len(self.rows), PERCENT)[0].sum(axis=0)
-            places.append(trial_place(totals, SECOND_TRIAL * wanted_s, PERCENT))
+        draws = range(seen.trial.draws)
+        places = [second_trial_place(fits, draw, len(self.rows), wanted_s, PERCENT) for draw in draws]
         return np.repeat(np.array(places)[:, None], len(self.rows), axis=1)
 
     def _plan(

@@ -11,11 +11,13 @@ from scipy.stats import norm
 from scipy.stats import t as student_t
 
 from robojoule.arrays import Array, Mask, freeze
+from robojoule.calibration.lag import MeterLag
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_checks import check_load, check_power, check_torque
 from robojoule.calibration.log_fit import Solution, solve
 from robojoule.calibration.log_model import evaluate, log_parameters
 from robojoule.calibration.parameters import ParameterVector
+from robojoule.calibration.payload_check import payload_that_fits
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
 from robojoule.calibration.timing import TimingIdentification, with_timing
 from robojoule.documents import parse
@@ -111,6 +113,8 @@ class Identification:
         measured_w: Measured mean power of each window, shape (W,). [W]
         modelled_w: Modelled mean power of each window, shape (W,). [W]
         window_held_out: Which windows took no part in the fit, shape (W,).
+        payload_that_fits_kg: Payload that explains the log clearly better than the given one; None where that fits.
+        lag: How late the meter was against the positions, which was put right before the fit; None if not looked for.
         timing: The controller's timing by the log's motions; None where too few go from rest to rest.
     """
 
@@ -129,6 +133,8 @@ class Identification:
     measured_w: Array
     modelled_w: Array
     window_held_out: Mask
+    payload_that_fits_kg: float | None = None
+    lag: MeterLag | None = None
     timing: TimingIdentification | None = None
 
     def __post_init__(self) -> None:
@@ -155,6 +161,15 @@ class Identification:
                 f"samples are {1e3 * self.interpolated_step_s:.0f} ms apart or some are missing: positions and "
                 "velocities between them are interpolated"
             )
+        if self.lag is not None and self.lag.lag_s != 0.0:
+            found.append(
+                f"the power comes {1e3 * self.lag.lag_s:.0f} ms later than the positions: it was moved before the fit"
+            )
+        if self.payload_that_fits_kg is not None:
+            found.append(
+                f"the log looks like a payload of about {self.payload_that_fits_kg:.1f} kg, not of "
+                f"{self.robot.payload.mass_kg:g} kg: friction and losses stand in for the difference"
+            )
         motions = self.training.motions + self.held_out.motions
         if motions < FEW_MOTIONS:
             found.append(f"the log holds only {motions} motions: errors are wide, and scores stand on few of them")
@@ -176,6 +191,8 @@ class Identification:
             "training": asdict(self.training),
             "held_out": asdict(self.held_out),
             "held_out_catalog": asdict(self.held_out_catalog),
+            "payload_that_fits_kg": self.payload_that_fits_kg,
+            "lag_s": None if self.lag is None else self.lag.lag_s,
             "timing": None if self.timing is None else self.timing.to_dict(),
             "warnings": list(self.warnings),
         }
@@ -285,6 +302,7 @@ def identify(
         measured_w=measured,
         modelled_w=final.window_power_w,
         window_held_out=held_out,
+        payload_that_fits_kg=payload_that_fits(log, robot, vector, signals, solution, window_s),
     )
 
 

@@ -3,6 +3,7 @@
 Columns (`qK` is joint K from the base): `time_s`, `q1_rad ..` or `q1_deg ..`, `power_w`; optionally
 `q1_velocity_rad_s ..`, `q1_torque_nm ..` (link side, gear friction and rotor included) or `q1_current_a ..`,
 `payload_kg` and `speed_limit_percent`. Other columns are ignored, unless they look like a joint's.
+Logs of Universal Robots controllers may keep their own names (`robojoule.calibration.rtde`).
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array, as_array, freeze
+from robojoule.arrays import Array, Mask, as_array, freeze
 from robojoule.calibration.log_table import LogTable, read_table
+from robojoule.calibration.rtde import is_rtde, with_own_names
 from robojoule.errors import InputError
 from robojoule.inputs import as_path, counted, shown
 from robojoule.robots.robot import Robot
@@ -43,6 +45,7 @@ class MeasuredLog:
         torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
         payload_kg: Payload mass, shape (T,), if logged. [kg]
         speed_limit: Speed limit of the program that held, a fraction in (0, 1], shape (T,), if logged. [-]
+        on_the_arm: Whether the file itself says that its power is that of the bus that feeds the arm.
     """
 
     source: str
@@ -53,6 +56,7 @@ class MeasuredLog:
     torque_nm: Array | None = None
     payload_kg: Array | None = None
     speed_limit: Array | None = None
+    on_the_arm: bool = False
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -74,11 +78,15 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
     constants = torque_constants_nm_per_a
     checked = None if constants is None else check_torque_constants(constants, robot)
     table = read_table(as_path(path, "log"))
+    on_the_arm = is_rtde(table)
+    if on_the_arm:
+        table = with_own_names(table, with_currents=checked is not None)
     source, count = table.source, robot.joint_count
     _check_columns(table, count)
     time, power = table.column("time_s"), table.column("power_w")
     velocity = _joint_columns(table, count, "velocity_rad_s")
-    _check_time(time, source, with_velocity=velocity is not None)
+    kept = np.append(True, np.diff(time) != 0.0)  # of packets that came twice the first one
+    _check_time(time[kept], source, with_velocity=velocity is not None)
     position = _positions(table, robot)
     payload = table.column("payload_kg") if "payload_kg" in table.names else None
     if payload is not None and payload.min() < 0.0:
@@ -87,16 +95,22 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         robot.file.check_payload(float(payload.max()), file=source, key="payload_kg")
     log = MeasuredLog(
         source=source,
-        time_s=time,
-        position_rad=position,
-        power_w=power,
-        velocity_rad_s=velocity,
-        torque_nm=_torques(table, robot, checked),
-        payload_kg=payload,
-        speed_limit=_speed_limits(table),
+        time_s=time[kept],
+        position_rad=position[kept],
+        power_w=power[kept],
+        velocity_rad_s=_of(velocity, kept),
+        torque_nm=_of(_torques(table, robot, checked), kept),
+        payload_kg=_of(payload, kept),
+        speed_limit=_of(_speed_limits(table), kept),
+        on_the_arm=on_the_arm,
     )
     _check_velocity(log, robot)
     return log
+
+
+def _of(values: Array | None, kept: Mask) -> Array | None:
+    """Some rows of a column, if there is one."""
+    return None if values is None else values[kept]
 
 
 def _check_columns(table: LogTable, count: int) -> None:

@@ -157,7 +157,8 @@ def log_timing(log: MeasuredLog, robot: Robot) -> TimingIdentification | None:
     """The controller's timing by the motions of a log; None where too few go from rest to rest.
 
     Args:
-        log: The log; without its speed limits all motions are taken to have run at full speed.
+        log: The log. Without its speed limits all motions are taken to have run at full speed, and there is no timing
+            where no rule explains them so.
         robot: The robot with its payload.
     """
     velocity = log.velocity_rad_s
@@ -165,6 +166,7 @@ def log_timing(log: MeasuredLog, robot: Robot) -> TimingIdentification | None:
         velocity = local_cubic(log.time_s, log.position_rad, choose_smoothing(log.time_s, log.position_rad))[1]
     try:
         motions = logged_motions(log.source, log.time_s, log.position_rad, velocity, log.speed_limit)
-        return identify_timing(motions.paths(robot), motions.runs)
+        found = identify_timing(motions.paths(robot), motions.runs)
     except InputError:
         return None
+    return found if found.is_good or log.speed_limit is not None else None

@@ -8,6 +8,7 @@ left of the time being waited where waiting is cheapest.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask, frozen
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import checked_durations, fit_all
-from robojoule.calibration.timing_fit import best_rules
+from robojoule.calibration.timing_fit import RuleFit
 from robojoule.calibration.timing_rules import Candidate
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import least_cost_choice
@@ -25,8 +26,9 @@ from robojoule.profile.predicted import NORMAL_QUANTILE
 TOLERANCE = 3e-5  # of the energy at full speed: by how much a better choice of speed limits may be missed
 SECOND_TRIAL = 1.4  # cycle time of the second trial over the one asked for: room to slow single moves down
 FASTEST_SECOND_TRIAL = 0.8
+STILL_PROBABLE = 4.0  # of logarithms of probabilities: what a rule may be behind the best one
 DISCREPANCY = 0.5  # points of a saving that no figure of the model explains
-DISCREPANCY_OF_TIMING = 0.3  # further points for each per cent of duration that the controller's rule does not explain
+DISCREPANCY_OF_TIMING = 0.5  # further points for each per cent of duration that the controller's rule does not explain
 
 
 @dataclass(frozen=True)
@@ -145,10 +147,28 @@ def second_trial_limit(batch: TreeBatch, runs: MeasuredRuns, cycle_time_s: float
     """
     durations = checked_durations(batch.paths, runs)
     fits = fit_all(batch.paths, durations, one_speed=True)
-    fit = fits[int(best_rules(fits)[0])]
-    totals = modelled_durations(fit.candidate, fit.x[:1], len(batch.paths.moving), limits)[0].sum(axis=0)
     waits = sum(vertex.least_prior_wait_s + vertex.least_post_wait_s for vertex in batch.graphs[0].vertices)
-    return float(limits[trial_place(totals, SECOND_TRIAL * (cycle_time_s - waits), limits)])
+    return float(limits[second_trial_place(fits, 0, len(batch.paths.moving), cycle_time_s - waits, limits)])
+
+
+def second_trial_place(fits: Sequence[RuleFit], place: int, motions: int, budget_s: float, limits: Array) -> int:
+    """Place of the speed limit of a second trial: the lowest one that any rule asks for that explains the first one.
+
+    Args:
+        fits: Rules fitted to runs at one speed limit.
+        place: Which set of runs.
+        motions: Number of motions.
+        budget_s: What the motions of the plan may take together. [s]
+        limits: Speed limits that the controller takes, rising, shape (S,). [-]
+    """
+    best = min(float(fit.score[place]) for fit in fits)
+    found = []
+    for fit in fits:
+        if fit.score[place] <= best + STILL_PROBABLE:
+            x = fit.x[place : place + 1]
+            totals = modelled_durations(fit.candidate, x, motions, limits)[0].sum(axis=0)
+            found.append(trial_place(totals, SECOND_TRIAL * budget_s, limits))
+    return min(found)
 
 
 def modelled_durations(candidate: Candidate, x: Array, motions: int, limits: Array) -> Array:

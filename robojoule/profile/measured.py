@@ -26,6 +26,7 @@ from robojoule.robots.controller_file import ControllerTiming
 
 ENERGY_NOISE = 0.02  # of a measured energy
 MODEL_NOISE = 0.01  # of a modelled one beside what its figures explain
+MOST_DOUBT = 0.1  # of energies, however badly the rule says durations
 SLOPE_SPREAD = 0.02  # of energy per e-fold of duration, of friction in another form than the model's
 BELOW_MEASURED = 0.85  # of the lowest measured speed limit: how far below it a profile reaches
 _NODES = 14
@@ -234,7 +235,8 @@ class Measurement:
             motion, limits = runs.motion[known], runs.speed_limits[known]
             at = np.stack([curves(np.log(p))[m] for m, p in zip(motion.tolist(), limits.tolist(), strict=True)])
             model, along = at[:, 1] + active_w * (runs.duration_s[known] - at[:, 0]), at[:, 2:]
-            noise = np.hypot(ENERGY_NOISE, MODEL_NOISE)
+            # Where the rule misses durations, it misses accelerations, and energies with them.
+            noise = float(np.linalg.norm([ENERGY_NOISE, MODEL_NOISE, min(controller.duration_error, MOST_DOUBT)]))
             scaled = along / model[:, None]
             residual = runs.energy_j[known] / model - 1.0
             across = covariance @ scaled.T

@@ -39,14 +39,24 @@ def test_writes_a_robot_file_and_a_plot_and_prints_json(log_file, tmp_path, caps
     assert sorted(path.name for path in tmp_path.iterdir()) == ["entry.json", "fit.svg"]
 
 
-def test_a_poor_fit_is_said(log_file, tmp_path, capsys):
-    """The meter lags by 0.2 s."""
+def shifted(log_file, tmp_path, samples):
+    """The log with a power that comes later by some samples of 4 ms."""
     table = csv.read_csv(log_file)
-    late = pa.array(np.roll(table["power_w"].to_numpy(), 50))
+    late = pa.array(np.roll(table["power_w"].to_numpy(), samples))
     path = tmp_path / "late.csv"
     csv.write_csv(table.set_column(table.column_names.index("power_w"), "power_w", late), path)
-    assert main(["identify", str(path), "--robot", ROBOT, "--payload", "10"]) == 0
+    return str(path)
+
+
+def test_a_poor_fit_is_said(log_file, tmp_path, capsys):
+    """Power and positions have different clocks: more than a meter lags by."""
+    assert main(["identify", shifted(log_file, tmp_path, 500), "--robot", ROBOT, "--payload", "10"]) == 0
     assert "warning: poor fit (R2 below 0.9): the energy model does not explain this log" in capsys.readouterr().out
+
+
+def test_a_meter_that_lags_is_said(log_file, tmp_path, capsys):
+    assert main(["identify", shifted(log_file, tmp_path, 50), "--robot", ROBOT, "--payload", "10"]) == 0
+    assert "warning: the power comes 200 ms later than the positions" in capsys.readouterr().out
 
 
 def test_prints_a_table(log_file, capsys):

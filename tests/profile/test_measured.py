@@ -57,11 +57,11 @@ def test_energies_of_another_plant_are_learnt(paths):
     assert np.mean(np.abs(learnt.energy_j - truth) < 2.6 * sure + 0.005 * truth) > 0.97
 
 
-def test_nothing_slower_than_measured_is_allowed(paths):
+def test_nothing_much_slower_than_measured_is_allowed(paths):
     slow = np.where(np.arange(paths.motions) == 2, 0.5, 0.3)
     runs = observed(paths, joint_controller(paths.robot), (1.0, slow))
     found = measured_profiles(paths, runs, LIMITS)
-    assert LIMITS[found.allowed[2]].min() == pytest.approx(0.5)
+    assert LIMITS[found.allowed[2]].min() == pytest.approx(0.45)  # 0.85 of what was measured, in steps of 0.05
     assert LIMITS[found.allowed[0]].min() == pytest.approx(0.3)
 
 
@@ -71,7 +71,9 @@ def test_the_last_pass_sets_the_total(paths):
     grid = np.unique(np.append(LIMITS, mixed))
     found = measured_profiles(paths, runs, grid)
     durations, _ = found.at(mixed)
-    assert durations.sum() == pytest.approx(runs.duration_s[-paths.motions :].sum(), rel=1e-9)
+    truth = paths.with_controller(joint_controller(paths.robot)).durations(mixed[:, None]).sum()
+    assert durations.sum() == pytest.approx(runs.duration_s[-paths.motions :].sum(), rel=3e-4)
+    assert durations.sum() == pytest.approx(truth, rel=4e-4)
     assert found.last_pass is not None
     near = found.cycle_deviation_s(found.last_pass)
     far = found.cycle_deviation_s(np.full(paths.motions, grid.size // 2))

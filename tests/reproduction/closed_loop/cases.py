@@ -1,7 +1,6 @@
 """Parameters of a small study on hidden machines."""
 
-from reproduction.closed_loop.config import CloseTheLoopParams
-from reproduction.study.config import load_study_params
+from reproduction.study.config import CloseTheLoopParams, load_study_params
 
 PARAMS = load_study_params()
 
