@@ -86,7 +86,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     """
     given, fastest = simulate_trees(batch, [[program.tree, full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
-    # Where the power bounds the speeds, faster moves are no way out.
+    # Where the power bounds the speeds, faster moves do not help.
     faster_s = fastest.cycle_time_s if wish.peak_power_w is None else None
     wanted_s = cycle_time_s(wish.cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
@@ -142,7 +142,7 @@ def _outlook(
     deviation: float | None = None
     late: float | None = None
     if controller is not None:
-        # An error of one motion is no error of another one; that of the rule as a whole is in neither.
+        # Errors of motions are independent of each other; that of the rule as a whole is in neither.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
         late = late_probability(max(slack, kept_s), deviation)
