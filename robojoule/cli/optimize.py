@@ -94,6 +94,11 @@ def show(result: dict[str, Any]) -> None:
         print(f"energy {result['energy_j']:.1f} J per cycle, at most {gap:.4f} % above the optimum")
     for name, energy, saving in (
         ("the program as given", "energy_given_j", "saving_percent"),
+        *(
+            [("the same with motors on in all waits", "energy_given_motors_on_j", "saving_over_motors_on_percent")]
+            if result["energy_given_motors_on_j"] > result["energy_given_j"]
+            else []
+        ),
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")

@@ -13,9 +13,11 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import graph_of_tree, process_energy_j
+from robojoule.planning.standstills import standing
 from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
 from robojoule.robots.robot import Robot
+from robojoule.robots.standby import StandbyMode, standing_energy_j
 
 SAME_POSITION_RAD = 1e-6
 
@@ -62,6 +64,9 @@ class CycleRun:
         energy_j: Energy of the cycle with waits and process steps. [J]
         cycle_time_s: Length of the cycle. [s]
         peak_power_w: Largest mains power of the cycle: of motions, of standing and of process steps. [W]
+        standby_saving_j: What standby modes save on its waits against motors that hold. [J]
+        standby: Those modes; none: motors hold.
+        end_standing_s: How long the robot stands at the end of the cycle, and on into the next one. [s]
     """
 
     names: tuple[str, ...]
@@ -76,6 +81,9 @@ class CycleRun:
     energy_j: float
     cycle_time_s: float
     peak_power_w: float
+    standby_saving_j: float = 0.0
+    standby: tuple[StandbyMode, ...] = ()
+    end_standing_s: float = 0.0
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -113,6 +121,7 @@ class CycleRun:
             "peak_torque_ratio": self.peak_torque_ratio,
             "rms_torque_ratio": self.rms_torque_ratio,
             "peak_power_w": self.peak_power_w,
+            "standby_saving_j": self.standby_saving_j,
             "moves": [asdict(move) for move in self.moves],
         }
 
@@ -152,10 +161,15 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     found = [*peak_warnings(run)]
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
-    start, *_, end = tree.configurations_rad()
-    if not np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD):
+    if not closes(tree):
         found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
     return tuple(found)
+
+
+def closes(tree: OperationTree) -> bool:
+    """Whether a cycle ends where it starts."""
+    start, *_, end = tree.configurations_rad()
+    return bool(np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD))
 
 
 def peak_warnings(run: CycleRun) -> tuple[str, ...]:
@@ -173,7 +187,8 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     prior = np.array([v.least_prior_wait_s + moves[v.moves[0]].added_wait_before_s for v in vertices])
     post = np.array([v.least_post_wait_s + moves[v.moves[-1]].added_wait_after_s for v in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
-    vertex_energies = runs.energy_j[rows, k] + idle_prior_w * prior + idle_post_w * post
+    standing_j, saved_j = _standing_energies(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
+    vertex_energies = runs.energy_j[rows, k] + standing_j
     cycle_time_s = float((prior + durations + post).sum())
     standing = batch.paths.torques.at_nodes[2][rows] ** 2  # squared gravity torques, which motors hold in waits
     squared = runs.torque_square_integral_nm2_s[rows, k].sum(axis=0) + prior @ standing[:, 0] + post @ standing[:, -1]
@@ -191,7 +206,26 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
         energy_j=float(vertex_energies.sum()) + process_energy_j(tree),
         cycle_time_s=cycle_time_s,
         peak_power_w=float(max([*peak_powers, *idle_prior_w[prior > 0.0], *idle_post_w[post > 0.0], *processes])),
+        standby_saving_j=saved_j,
+        standby=batch.robot.standby,
+        end_standing_s=float(post[-1] + (prior[0] if closes(tree) else 0.0)),
     )
+
+
+def _standing_energies(
+    robot: Robot, tree: OperationTree, prior_s: Array, post_s: Array, idle_prior_w: Array, idle_post_w: Array
+) -> tuple[Array, float]:
+    """Energy of the waits of each of V motions, shape (V,), and what standby modes save on all of them. [J]"""
+    holding = np.stack([idle_prior_w * prior_s, idle_post_w * post_s], axis=1)
+    if not robot.standby:
+        return holding.sum(axis=1), 0.0
+    closed = closes(tree)
+    time, held_j = (standing(waits, closed) for waits in (np.stack([prior_s, post_s], axis=1), holding))
+    power = np.append(idle_prior_w, idle_post_w[-1])[: len(time)]
+    share = np.divide(standing_energy_j(robot.standby, power, time), held_j, out=np.ones_like(time), where=held_j > 0.0)
+    after = np.append(share[1:], share[0] if closed else 1.0)[: len(prior_s)]
+    used = holding * np.stack([share[: len(prior_s)], after], axis=1)
+    return used.sum(axis=1), float(holding.sum() - used.sum())
 
 
 def rms_torque_ratio(robot: Robot, square_integral_nm2_s: Array, duration_s: float) -> float:

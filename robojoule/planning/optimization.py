@@ -17,8 +17,8 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.measured_plans import plan_on_measurements
-from robojoule.planning.plan import Plan, is_as_good, plan_warnings, verify, waiting_until
-from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S, Schedule
+from robojoule.planning.plan import Plan, is_as_good, plan_warnings, standby_until, verify, waiting_until
+from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.speed_choice import DISCREPANCY, Outlook, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
@@ -95,9 +95,9 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     source = profile_source(batch, wish)
     asked_s = max(wanted_s - kept_s, least_s)
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent)
+    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s)
     idle_w = float(batch.idle_post_w[-1])
-    schedule = with_reserve(whole.schedule, kept_s, idle_w)
+    schedule = whole.schedule
     written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=WAIT_STEP_S)[0][0]
     run = verify(batch, written, schedule, WAIT_STEP_S)
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
@@ -113,6 +113,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
         run=run,
         least_cycle_time_s=least_s,
         energy_given_j=energy_given_j,
+        standby_given_j=standby_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=plan_warnings(written, run, given),
@@ -130,21 +131,6 @@ def profile_source(batch: TreeBatch, wish: Wish) -> ProfileSource:
     return found.cautious() if wish.cautious else found
 
 
-def with_reserve(schedule: Schedule, kept_s: float, idle_w: float) -> Schedule:
-    """A schedule that waits at its end for some time more. [s], [W]"""
-    if kept_s == 0.0:
-        return schedule
-    post = np.array(schedule.post_waits_s)
-    post[-1] += kept_s
-    return replace(
-        schedule,
-        cycle_time_s=schedule.cycle_time_s + kept_s,
-        post_waits_s=post,
-        energy_j=schedule.energy_j + kept_s * idle_w,
-        bound_j=schedule.bound_j + kept_s * idle_w,
-    )
-
-
 def _outlook(
     batch: TreeBatch, source: ProfileSource, run: CycleRun, kept_s: float, energy_given_j: float
 ) -> Outlook | None:
@@ -156,7 +142,7 @@ def _outlook(
     deviation: float | None = None
     late: float | None = None
     if controller is not None:
-        # Errors of motions are independent; that of the rule as a whole is in neither.
+        # Errors of motions are independent of each other; that of the rule as a whole is in neither.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
         late = late_probability(max(slack, kept_s), deviation)
@@ -204,6 +190,7 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         run=found.run,
         least_cycle_time_s=found.least_cycle_s,
         energy_given_j=waiting_until(found.given, found.run.cycle_time_s, idle_w),
+        standby_given_j=standby_until(found.given, found.run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(found.fastest, found.run.cycle_time_s, idle_w),
         bound_j=found.run.energy_j,
         warnings=(*plan_warnings(found.written, found.run, found.given), *found.warnings),

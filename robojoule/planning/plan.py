@@ -13,6 +13,7 @@ from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simu
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.speed_choice import Outlook
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.robots.standby import standing_energy_j
 
 LEAST_GAIN = 5e-6  # share of the energy by which a plan must be better than the program as given to replace it
 LATE_S = 1e-6  # by how much a simulated cycle may differ from its cycle time: rounding
@@ -32,7 +33,7 @@ class Plan:
         payload_kg: What the robot carries. [kg]
         run: Simulation of the program.
         least_cycle_time_s: Cycle time with all moves at their highest speed limits and required waits only. [s]
-        energy_given_j: Energy of the program as given. [J]
+        energy_given_j: Energy of the program as given, its waits in standby where the controller has that. [J]
         energy_unoptimized_j: Energy with all moves but the fixed ones at full speed and a wait at the end until the
             cycle time. [J]
         bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step. [J]
@@ -40,6 +41,7 @@ class Plan:
         reserve_s: Slack that the plan keeps as a wait at its end. [s]
         profiles: Where its energy profiles come from: simulated, predicted or measured.
         outlook: How sure it is; None where neither timing nor energies were learnt from the machine.
+        standby_given_j: What standby modes save on the waits of the program as given. [J]
     """
 
     program: Program
@@ -54,6 +56,7 @@ class Plan:
     reserve_s: float = 0.0
     profiles: str = "simulated"
     outlook: Outlook | None = None
+    standby_given_j: float = 0.0
 
     def __repr__(self) -> str:
         return (
@@ -76,6 +79,16 @@ class Plan:
     def saving_percent(self) -> float:
         """Energy that the plan saves against the program as given. [%]"""
         return _percent(self.energy_given_j - self.energy_j, self.energy_given_j)
+
+    @property
+    def energy_given_motors_on_j(self) -> float:
+        """Energy of the program as given with motors that hold in every wait. [J]"""
+        return self.energy_given_j + self.standby_given_j
+
+    @property
+    def saving_over_motors_on_percent(self) -> float:
+        """Energy that plan and standby save against the program as given with motors that hold in every wait. [%]"""
+        return _percent(self.energy_given_motors_on_j - self.energy_j, self.energy_given_motors_on_j)
 
     @property
     def saving_over_unoptimized_percent(self) -> float:
@@ -136,8 +149,10 @@ class Plan:
                 for name in (
                     "least_cycle_time_s",
                     "energy_given_j",
+                    "energy_given_motors_on_j",
                     "energy_unoptimized_j",
                     "saving_percent",
+                    "saving_over_motors_on_percent",
                     "saving_over_unoptimized_percent",
                     "bound_j",
                     "gap_to_optimum_percent",
@@ -184,8 +199,20 @@ def is_as_good(given: CycleRun, planned: CycleRun) -> bool:
 
 
 def waiting_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> float:
-    """Energy of a cycle that waits at its end until the cycle time, if it is shorter. [J]"""
-    return run.energy_j + max(cycle_time_s - run.cycle_time_s, 0.0) * idle_power_w
+    """Energy of a cycle that waits at its end until the cycle time, if it is shorter, in standby where it can. [J]"""
+    waited_s = max(cycle_time_s - run.cycle_time_s, 0.0)
+    if not run.standby:
+        return run.energy_j + waited_s * idle_power_w
+    before, after = standing_energy_j(
+        run.standby, idle_power_w, [run.end_standing_s, run.end_standing_s + waited_s]
+    ).tolist()
+    return run.energy_j + float(after - before)
+
+
+def standby_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> float:
+    """What standby modes save on such a cycle against motors that hold in every wait. [J]"""
+    held_j = run.energy_j + run.standby_saving_j + max(cycle_time_s - run.cycle_time_s, 0.0) * idle_power_w
+    return held_j - waiting_until(run, cycle_time_s, idle_power_w) if run.standby else 0.0
 
 
 def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[str, ...]:

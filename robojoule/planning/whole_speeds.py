@@ -8,6 +8,7 @@ profiles: those that the profiles above and below leave open are simulated.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,9 +17,12 @@ from robojoule.arrays import Array
 from robojoule.errors import PlanningError
 from robojoule.inputs import as_number
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.choice import Choice, least_cost_choice, within_gap
+from robojoule.planning.choice import Indices, least_cost_choice, within_gap
+from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.schedule import Schedule
+from robojoule.planning.standstills import Offer, Standstills, standstills_of
+from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource
@@ -76,48 +80,63 @@ def speed_choices(batch: TreeBatch, step_percent: float) -> list[Array]:
 
 
 def whole_speed_plan(
-    source: ProfileSource, batch: TreeBatch, plan: Schedule, *, step_percent: float = SPEED_STEP_PERCENT
+    source: ProfileSource,
+    batch: TreeBatch,
+    plan: Schedule,
+    *,
+    step_percent: float = SPEED_STEP_PERCENT,
+    reserve_s: float = 0.0,
 ) -> WholeSpeeds:
     """The schedule with the least energy in whole speed limits, for the cycle time of a plan.
+
+    Waits use the standby modes of the robot's controller, see `robojoule.planning.standstills`: the choice is made for
+    each offer of a place where the rest of the cycle is waited, and the best one is taken.
 
     Args:
         source: Profiles that the plan was made on; simulated ones are simulated where they leave a choice open.
         batch: The one tree that was planned.
         plan: Plan with continuous speed limits.
         step_percent: Step of speed limits. [%]
+        reserve_s: Further time that is waited at the end of the cycle. [s]
 
     Raises:
         PlanningError: No choice keeps the cycle time.
     """
-    graph = batch.graphs[0]
     limits = speed_choices(batch, step_percent)
     durations = _ragged(batch.paths.durations(_table(limits)), limits)
-    required = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
+    required = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in batch.graphs[0].vertices])
+    required[-1, 1] += reserve_s
     idle = np.stack([source.idle_start_w, source.idle_end_w], axis=1)
-    place = np.unravel_index(int(idle.argmin()), idle.shape)
-    idle_w, budget = float(idle[place]), plan.cycle_time_s - float(required.sum())
-    steady_j = float((required * idle).sum()) + process_energy_j(batch.trees[0]) + idle_w * budget
+    cycle_s = plan.cycle_time_s + reserve_s
+    places = standstills_of(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
+    search = _Search(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
 
     known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
-    costs = [_value(one.above, d) - idle_w * d for one, d in zip(known, durations, strict=True)]
-    tolerance_j = CHOICE_GAP * abs(plan.energy_j)
-    choice = _chosen(least_cost_choice(durations, costs, budget, tolerance_j=tolerance_j))
+    above = [_value(one.above, d) for one, d in zip(known, durations, strict=True)]
+    offers = places.offers()
+    best = search.best(offers, durations, above)
     if isinstance(source, AdaptiveProfiles):
-        lowest = [_value(one.below, d) - idle_w * d for one, d in zip(known, durations, strict=True)]
-        at = [one[[k]] for one, k in zip(limits, choice.options, strict=True)]
-        taken = sum(float(d[k]) for d, k in zip(durations, choice.options, strict=True))
-        reached_j = float(batch.paths.simulate(_table(at)).energy_j.sum()) - idle_w * taken
-        left = within_gap(durations, lowest, budget, cost_j=reached_j + tolerance_j)
-        left = [np.union1d(open_, [k]) for open_, k in zip(left, choice.options, strict=True)]
-        limits, durations = ([one[k] for one, k in zip(of, left, strict=True)] for of in (limits, durations))
-        energies = _ragged(batch.paths.simulate(_table(limits)).energy_j, limits)
-        costs = [e - idle_w * d for e, d in zip(energies, durations, strict=True)]
-        choice = _chosen(least_cost_choice(durations, costs, budget, tolerance_j=tolerance_j))
-    chosen_s = np.array([d[k] for d, k in zip(durations, choice.options, strict=True)])
+        below = [_value(one.below, d) for one, d in zip(known, durations, strict=True)]
+        at = [one[[k]] for one, k in zip(limits, best.motions, strict=True)]
+        taken = [d[[k]] for d, k in zip(durations, best.motions, strict=True)]
+        reached = search.best([best.offer], taken, list(batch.paths.simulate(_table(at)).energy_j))
+        open_ = {offer: search.within(offer, durations, below, reached.energy_j) for offer in offers}
+        offers = [offer for offer in offers if offer == best.offer or all(left.size for left in open_[offer])]
+        kept = [
+            np.unique(np.concatenate([[k], *(open_[offer][motion] for offer in offers)])).astype(np.intp)
+            for motion, k in enumerate(best.motions)
+        ]
+        limits, durations = ([one[k] for one, k in zip(of, kept, strict=True)] for of in (limits, durations))
+        best = search.best(offers, durations, _ragged(batch.paths.simulate(_table(limits)).energy_j, limits))
+    chosen_s = np.array([d[k] for d, k in zip(durations, best.motions, strict=True)])
     waits = required.copy()
+    for place, option in enumerate(best.places):
+        waits[places.written[place]] += float(places.times_s[place][option] - places.times_s[place][0])
     # Rounded down, as it is to be read by people.
-    waits[place] += np.floor(max(budget - float(chosen_s.sum()), 0.0) * WAITS_PER_S) / WAITS_PER_S
+    left_s = max(cycle_s - float(chosen_s.sum()) - float(waits.sum()), 0.0)
+    waits[places.written[best.offer.place]] += np.floor(left_s * WAITS_PER_S) / WAITS_PER_S
     ends = np.cumsum(waits.sum(axis=1) + chosen_s)
+    step_j = process_energy_j(batch.trees[0])
     schedule = replace(
         plan,
         cycle_time_s=float(ends[-1]),
@@ -126,16 +145,71 @@ def whole_speed_plan(
         post_waits_s=waits[:, 1],
         collision_waits_s=np.zeros(len(chosen_s)),
         starts_s=ends - waits[:, 1] - chosen_s,
-        energy_j=choice.cost_j + steady_j,
-        bound_j=choice.bound_j + steady_j,
+        energy_j=best.energy_j + step_j,
+        bound_j=best.bound_j + step_j,
     )
-    return WholeSpeeds(schedule, np.array([one[k] for one, k in zip(limits, choice.options, strict=True)]))
+    return WholeSpeeds(schedule, np.array([one[k] for one, k in zip(limits, best.motions, strict=True)]))
 
 
-def _chosen(choice: Choice | None) -> Choice:
-    if choice is None:
-        raise PlanningError("no speed limits of this step keep the cycle time")
-    return choice
+@dataclass(frozen=True)
+class _Best:
+    """The best choice of some offers: options of motions and of standstills, energy and bound over all of them."""
+
+    offer: Offer
+    motions: tuple[int, ...]
+    places: tuple[int, ...]
+    energy_j: float
+    bound_j: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Choices of speed limits and standstills for one cycle time."""
+
+    places: Standstills
+    cycle_s: float
+    tolerance_j: float
+
+    def best(self, offers: Sequence[Offer], durations_s: list[Array], energies_j: list[Array]) -> _Best:
+        """The choice with the least energy over some offers.
+
+        Raises:
+            PlanningError: None keeps the cycle time.
+        """
+        found, bound_j = None, np.inf
+        for offer in offers:
+            times, costs = self._classes(offer, durations_s, energies_j)
+            choice = least_cost_choice(times, costs, self.cycle_s, tolerance_j=self.tolerance_j)
+            if choice is None:
+                continue
+            rest_j = offer.power_w * self.cycle_s
+            bound_j = min(bound_j, choice.bound_j + rest_j)
+            if found is None or choice.cost_j + rest_j < found.energy_j:
+                motions, places = choice.options[: len(durations_s)], list(choice.options[len(durations_s) :])
+                places[offer.place] = offer.option
+                found = _Best(offer, motions, tuple(places), choice.cost_j + rest_j, bound_j)
+        if found is None:
+            raise PlanningError("no speed limits of this step keep the cycle time")
+        return replace(found, bound_j=bound_j)
+
+    def within(self, offer: Offer, durations_s: list[Array], below_j: list[Array], energy_j: float) -> list[Indices]:
+        """Options of motions that may be part of a choice of no more than an energy, with this offer. [J]"""
+        times, costs = self._classes(offer, durations_s, below_j)
+        if sum(float(one.min()) for one in times) > self.cycle_s + 1e-9:
+            return [np.zeros(0, dtype=np.intp) for _ in durations_s]
+        known_j = energy_j + self.tolerance_j - offer.power_w * self.cycle_s
+        return within_gap(times, costs, self.cycle_s, cost_j=known_j)[: len(durations_s)]
+
+    def _classes(
+        self, offer: Offer, durations_s: list[Array], energies_j: list[Array]
+    ) -> tuple[list[Array], list[Array]]:
+        """Durations and costs of motions and standstills, where a second left costs what the offer says."""
+        times, energies = [*self.places.times_s], [*self.places.energies_j]
+        taken = slice(offer.option, offer.option + 1)
+        times[offer.place] = times[offer.place][taken]
+        energies[offer.place] = energies[offer.place][taken]
+        each_s, each_j = [*durations_s, *times], [*energies_j, *energies]
+        return each_s, [e - offer.power_w * d for e, d in zip(each_j, each_s, strict=True)]
 
 
 def _table(limits: list[Array]) -> Array:

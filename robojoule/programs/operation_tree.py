@@ -11,22 +11,14 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
-from robojoule.programs.tree_fields import (
-    Configuration,
-    Duration,
-    Name,
-    Number,
-    SpeedLimit,
-    accepts_degrees,
-    from_degrees,
-    inconsistent,
-    requires_type,
-)
+from robojoule.inputs import LONGEST_S
+from robojoule.programs.degree_keys import accepts_degrees, from_degrees, requires_type
 from robojoule.robots.pendant_file import Angles
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
@@ -38,7 +30,28 @@ PLANNED = {  # what plans change in moves, with its defaults
     "added_wait_before_s": 0.0,
     "added_wait_after_s": 0.0,
 }
+LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
 MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
+
+# Strict: text and booleans are not numbers in these files; integers are.
+Number = Annotated[float, Strict()]
+Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
+SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
+Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
+
+
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name holds printable characters only")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
+
+
+def _inconsistent(key: str, problem: str) -> PydanticCustomError:
+    # Braces would be taken for a template by pydantic: the text travels as data.
+    return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
 
 
 class CoarseZone(Document):
@@ -184,12 +197,12 @@ class OperationTree(Document):
         seen: dict[str, str] = {}
         for key, operation in self.walk():
             if operation.name in seen:
-                raise inconsistent(
+                raise _inconsistent(
                     f"{key}.name", f"the name '{operation.name}' is already used at {seen[operation.name]}"
                 )
             seen[operation.name] = key
         if not self.moves():
-            raise inconsistent("operations", "the tree has no move operation")
+            raise _inconsistent("operations", "the tree has no move operation")
         self._check_zones()
         return self
 
@@ -200,12 +213,12 @@ class OperationTree(Document):
                 continue
             problem = f"move '{step.name}' has a coarse zone"
             if following is None:
-                raise inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
+                raise _inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
             if not isinstance(following, MoveOperation):
                 text = f"{problem}, so a fine move must come before {following.type} '{following.name}'"
-                raise inconsistent(f"{key}.zone", text)
+                raise _inconsistent(f"{key}.zone", text)
             if step.all_after_s or following.all_before_s:
-                raise inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
+                raise _inconsistent(f"{key}.zone", f"{problem}, so there can be no wait before '{following.name}'")
 
     def walk(self) -> Iterator[tuple[str, Operation]]:
         """Every operation with its key in the file ("operations.0.operations.2"), parents before children."""

@@ -19,6 +19,7 @@ from robojoule.robots.drives import DriveParameters, Supply
 from robojoule.robots.mechanism import Mechanism, assemble
 from robojoule.robots.rigid_body import RigidBody
 from robojoule.robots.robot_file import RobotFile
+from robojoule.robots.standby import StandbyMode
 
 if TYPE_CHECKING:
     from robojoule.robots.plausibility import Doubt
@@ -209,6 +210,11 @@ class Robot:
         """What lies between the mains and the arm, if the file says so."""
         found = self.file.drives.supply
         return None if found is None else Supply(found.controller_power_w, found.efficiency)
+
+    @property
+    def standby(self) -> tuple[StandbyMode, ...]:
+        """Modes that the controller enters in long waits; none: motors hold."""
+        return () if self.file.standby is None else self.file.standby.modes()
 
     def arm_side(self) -> Robot:
         """The robot with its drives seen from the arm's bus, where its own controller measures power.

@@ -16,6 +16,7 @@ from robojoule.inputs import counted, shown
 from robojoule.robots.controller_file import ControllerFile
 from robojoule.robots.drives import LEAST_CRUISE_SHARE
 from robojoule.robots.pendant_file import PendantFile, pendant_errors
+from robojoule.robots.standby import StandbyFile
 
 Vector = tuple[float, float, float]
 # What others are divided by: no figure of a machine is smaller, and below it results have no bounds.
@@ -23,7 +24,9 @@ LEAST_FIGURE = 1e-6
 Positive = Annotated[float, Field(ge=LEAST_FIGURE)]
 NonNegative = Annotated[float, Field(ge=0)]
 JOINT_TYPES = ("revolute", "fixed")
-FigureGroup = Literal["kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives", "supply"]
+FigureGroup = Literal[
+    "kinematics", "limits", "effort", "peak_effort", "inertia", "capsules", "drives", "supply", "standby"
+]
 FigureKind = Literal["published", "composed", "fitted", "scaled", "identified", "stated", "assumed"]
 
 
@@ -227,6 +230,7 @@ class RobotFile(Document):
     lumped_branches: dict[str, float] = Field(default_factory=dict)
     pendant: PendantFile | None = None
     controller: ControllerFile | None = Field(default=None, description="Its timing, where that was learnt.")
+    standby: StandbyFile | None = Field(default=None, description="What it draws in long waits, where it has modes.")
     derived_from: str | None = Field(
         default=None, min_length=1, description="Name of the robot whose programs it takes too: what it was before."
     )

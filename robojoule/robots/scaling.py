@@ -199,12 +199,12 @@ class Scaling:
         return float(np.log(idle) / np.log(large.installed_power_w / small.installed_power_w))
 
     def base_power_w(self, installed_w: float, *, cobot: bool) -> float:
-        """Base power of an arm with an installed power [W]. [W]"""
+        """Base power of an arm with an installed power [W], which counts for industrial arms alone. [W]"""
+        cobots, reference = self.anchors.cobots, self.reference
         if cobot:
-            cobots = self.anchors.cobots
             return cobots.controller_power_w + cobots.arm_power_w / cobots.supply_efficiency
-        share = installed_w / self.reference.installed_power_w
-        return float(self.reference.drives.base_power_w * share**self.power_exponent)
+        share = installed_w / reference.installed_power_w
+        return float(reference.drives.base_power_w * share**self.power_exponent)
 
     def effort_nm(self, name: str) -> Array:
         """Effort limits from static and dynamic need, shape (6,). [Nm]"""
@@ -216,11 +216,11 @@ class Scaling:
         numbers = self.numbers_at(effort, velocity, cobot=cobot, roles=roles).drives(effort, velocity)
         base_w = self.base_power_w(file.installed_power_w, cobot=cobot)
         reference, cobots = self.reference.drives, self.anchors.cobots
-        active_w = reference.drive_active_power_w * base_w / reference.base_power_w
-        efficiency = reference.inverter_efficiency
+        efficiency, active_w = reference.inverter_efficiency, reference.drive_active_power_w * base_w
+        active_w /= reference.base_power_w
         if cobot:
-            active_w = cobots.drive_active_power_w / cobots.supply_efficiency
             efficiency = rounded(cobots.bus_efficiency * cobots.supply_efficiency)
+            active_w = cobots.drive_active_power_w / cobots.supply_efficiency
         return {
             "provenance": "scaled from the UR10e and the KR16" if cobot else "scaled from the KR16 and the KR300",
             "base_power_w": rounded(base_w),
@@ -294,7 +294,7 @@ def _supply(cobots: CobotAnchors) -> dict[str, float]:
 
 
 def supply_note(cobots: CobotAnchors) -> str:
-    """What is said of the controller and the supply of collaborative arms."""
+    """What is known of the power between the mains and the arm, with its ranges."""
     arm, controller, supply = (
         f"{low:g}-{high:g}"
         for low, high in (cobots.arm_power_range_w, cobots.controller_power_range_w, cobots.supply_efficiency_range)

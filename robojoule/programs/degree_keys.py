@@ -1,32 +1,14 @@
-"""Fields that the operations of a tree share: numbers, names, angles in radians or degrees."""
+"""Keys of files that may hold degrees instead of radians: in their JSON Schema, and on reading."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import AfterValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
-from robojoule.inputs import LONGEST_S, real
-
-LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
-
-# Strict: text and booleans are not numbers in these files; integers are.
-Number = Annotated[float, Strict()]
-Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
-SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
-Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
-
-
-def _printable(name: str) -> str:
-    if not name.isprintable():
-        raise ValueError("a name holds printable characters only")
-    return name
-
-
-Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
+from robojoule.inputs import real
 
 
 def accepts_degrees(stem: str) -> Any:
@@ -72,9 +54,3 @@ def from_degrees(data: Any, stem: str) -> Any:
 
 def _is_finite_number(value: Any) -> bool:
     return math.isfinite(real(value))
-
-
-def inconsistent(key: str, problem: str) -> PydanticCustomError:
-    """What is wrong with a tree, and where."""
-    # Braces would be taken for a template by pydantic: the text travels as data.
-    return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
