@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from robojoule.documents import decoded, read_bytes, with_plain_line_ends, write_text
 from robojoule.errors import InputError
-from robojoule.formats.exact_degrees import exact_degrees
+from robojoule.formats.degrees import exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.table_text import text_with_columns
 from robojoule.formats.tree_text import number_text

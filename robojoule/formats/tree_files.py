@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from robojoule.documents import data_of, document_text, read_document_text, write_document, write_text
 from robojoule.errors import InputError
-from robojoule.formats.exact_degrees import exact_degrees
+from robojoule.formats.degrees import exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.tree_text import text_with_plan, text_with_remarks
 from robojoule.inputs import shown
