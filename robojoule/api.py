@@ -141,7 +141,7 @@ def adjust(
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
-    Speed limits of the plan are no bounds: they are what the last plan chose. Fixed moves keep theirs.
+    Speed limits of the plan do not bound the next one: they are what the last plan chose. Fixed moves keep theirs.
 
     Args:
         program: The plan that ran: the program with its speed limits and waits.
