@@ -100,8 +100,7 @@ def test_the_citation_agrees_with_the_package():
 
 def test_every_command_works_in_an_empty_environment(installed: Installed):
     (block,) = snippets(ROOT / "docs/operation-tree.md", "yaml operation-tree")
-    program = block.text.replace("        zone: {radius_m: 0.1}\n", "")  # coarse zones cannot be planned yet
-    (installed.folder / "cycle.yaml").write_text(program, encoding="utf-8")
+    (installed.folder / "cycle.yaml").write_text(block.text, encoding="utf-8")
     columns, _ = make_log(Plant(21), 21, motions=20)
     csv.write_csv(pa.table(columns), installed.folder / "log.csv")
     robot = ["--robot", ROBOT, "--payload", "10", "--json"]
@@ -112,6 +111,7 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
         "profile": [*robot, *motion],
         "simulate": ["positions.csv", *robot],
         "optimize": ["cycle.yaml", *robot, "--cycle-time", "+10%", "--out", "slower.yaml"],
+        "adjust": ["slower.yaml", *robot, "--measured-cycle", "4.3"],
         "pareto": ["cycle.yaml", *robot, "--csv", "pareto.csv"],
         "identify": ["log.csv", *robot, "--out", "identified.json"],
     }

@@ -14,7 +14,7 @@ from robojoule.planning.overload import bearing, check_overload, check_torques, 
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.power_limit import check_power, check_power_limit, within_power
-from robojoule.programs.tree_check import robot_warnings
+from robojoule.programs.tree_check import robot_warnings, with_angles
 from robojoule.robots.robot import Robot
 
 
@@ -73,7 +73,7 @@ class Guard:
             check_power(run, self.peak_power_w)
         tree, given = plan.program.tree, as_given.tree
         if given.angles != tree.angles:
-            tree = tree.with_angles(given.angles, given.configurations_rad())
+            tree = with_angles(tree, given.angles, given.configurations_rad())
         known = (*robot_warnings(given, robot), *collision_warnings(plan.program.tree, robot))
         peaks = peak_warnings(run) if self.overload_percent else ()  # else the plan has them
         warnings = (*known, *peaks, *plan.warnings)

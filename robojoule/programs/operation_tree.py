@@ -247,26 +247,6 @@ class OperationTree(Document):
         """
         return np.array([self.start_rad, *(move.target_rad for move in self.moves())])
 
-    def with_angles(self, angles: Angles, configurations_rad: ArrayLike) -> OperationTree:
-        """The tree with other numbers for the same configurations.
-
-        Args:
-            angles: How they count.
-            configurations_rad: Start and targets, shape (moves + 1, n). [rad]
-        """
-        start, *targets = np.asarray(configurations_rad, dtype=float).tolist()
-        pending = iter(targets)
-
-        def rewrite(operation: Operation) -> Operation:
-            if isinstance(operation, CompoundOperation):
-                return operation.model_copy(update={"operations": tuple(map(rewrite, operation.operations))})
-            if isinstance(operation, MoveOperation):
-                return operation.model_copy(update={"target_rad": tuple(next(pending))})
-            return operation
-
-        changes = {"angles": angles, "start_rad": tuple(start), "operations": tuple(map(rewrite, self.operations))}
-        return self.model_copy(update=changes)
-
     def with_plan(
         self,
         speed_limits_percent: Mapping[str, float],

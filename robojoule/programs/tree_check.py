@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import MoveOperation, OperationTree
+from robojoule.programs.operation_tree import CompoundOperation, MoveOperation, Operation, OperationTree
 from robojoule.robots.pendant import PendantAngles
+from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 
@@ -47,6 +51,28 @@ def check_tree(
             raise InputError(problem, file=source, key=place, allowed=error.allowed) from None
 
 
+def with_angles(tree: OperationTree, angles: Angles, configurations_rad: ArrayLike) -> OperationTree:
+    """A tree with other numbers for the same configurations.
+
+    Args:
+        tree: The tree.
+        angles: How the numbers count.
+        configurations_rad: Start and targets, shape (moves + 1, n). [rad]
+    """
+    start, *targets = np.asarray(configurations_rad, dtype=float).tolist()
+    pending = iter(targets)
+
+    def rewrite(operation: Operation) -> Operation:
+        if isinstance(operation, CompoundOperation):
+            return operation.model_copy(update={"operations": tuple(map(rewrite, operation.operations))})
+        if isinstance(operation, MoveOperation):
+            return operation.model_copy(update={"target_rad": tuple(next(pending))})
+        return operation
+
+    changes = {"angles": angles, "start_rad": tuple(start), "operations": tuple(map(rewrite, tree.operations))}
+    return tree.model_copy(update=changes)
+
+
 def in_model_angles(tree: OperationTree, robot: Robot) -> OperationTree:
     """The tree in angles of the robot's model, in which everything is computed.
 
@@ -55,7 +81,7 @@ def in_model_angles(tree: OperationTree, robot: Robot) -> OperationTree:
     """
     if tree.angles == "model":
         return tree
-    return tree.with_angles("model", PendantAngles.of(robot).model_rad(tree.configurations_rad()))
+    return with_angles(tree, "model", PendantAngles.of(robot).model_rad(tree.configurations_rad()))
 
 
 def robot_warnings(tree: OperationTree, robot: Robot) -> tuple[str, ...]:
