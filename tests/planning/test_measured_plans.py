@@ -47,7 +47,7 @@ def test_a_reserve_is_a_wait_at_the_end_and_makes_lateness_unlikely(case):
     runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, reserve="1%")
     assert plan.reserve_s == pytest.approx(0.01 * asked)
-    assert plan.moves[-1].wait_after_s >= plan.reserve_s - 1e-9
+    assert plan.moves[-1].wait_after_s >= plan.reserve_s - 1e-3
     assert plan.outlook.late_probability < 0.02
     assert plan.cycle_time_s == pytest.approx(asked, abs=1e-3)
 
