@@ -39,7 +39,7 @@ def test_a_measured_cycle_gives_a_faster_plan(program, tmp_path, capsys):
     out = tmp_path / "plan.yaml"
     plan = said(capsys, "optimize", program, "--cycle-time", "+30%", "--out", out)
     again = said(capsys, "adjust", out, "--measured-cycle", 1.04 * plan["cycle_time_s"], "--out", tmp_path / "new.yaml")
-    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=1e-3)  # waits are whole milliseconds
+    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=1e-3)
     faster = [
         a["speed_limit_percent"] >= b["speed_limit_percent"] for a, b in zip(again["moves"], plan["moves"], strict=True)
     ]
