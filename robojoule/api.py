@@ -35,6 +35,7 @@ from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
+    from robojoule.calibration.friction import FrictionIdentification
     from robojoule.calibration.identification import Identification, PowerSide
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
@@ -141,7 +142,7 @@ def adjust(
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
-    Speed limits of the plan are no bounds: they are what the last plan chose. Fixed moves keep theirs.
+    Speed limits of the plan do not bound the new one: they are what the last plan chose. Fixed moves keep theirs.
 
     Args:
         program: The plan that ran: the program with its speed limits and waits.
@@ -283,11 +284,39 @@ def identify(
         problem = "the power of this log is that of the bus that feeds the arm, not of the mains"
         raise InputError(problem, file=log.source, key="power_side", allowed="arm")
     window = WINDOW_S if window_s is None else window_s
-    lag = meter_lag(log, robot, smoothing_s)
+    lag = meter_lag(log, robot, smoothing_s, window)
     found = identification.identify(
         without_lag(log, lag.lag_s), robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side
     )
     return replace(found, lag=lag, timing=log_timing(log, robot))
+
+
+@_finite
+def identify_friction(
+    log: str | Path | MeasuredLog,
+    robot: Robot,
+    *,
+    torque_constants: Sequence[float] | None = None,
+    smoothing_s: float | None = None,
+) -> FrictionIdentification:
+    """Friction of the joints, and the controller's timing, from torques or motor currents of a log without power.
+
+    Args:
+        log: CSV or Parquet file, or a log that was read.
+        robot: The robot that was measured, with its payload.
+        torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
+        smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
+
+    Raises:
+        InputError: The log cannot be read, holds no torques, or is too short.
+    """
+    from robojoule.calibration import friction
+    from robojoule.calibration.log import MeasuredLog, read_log
+
+    robot = _checked_robot(robot)
+    if not isinstance(log, MeasuredLog):
+        log = read_log(log, robot, torque_constants, power_needed=False)
+    return friction.identify_friction(log, robot, smoothing_s)
 
 
 @_finite

@@ -142,7 +142,7 @@ def _outlook(
     deviation: float | None = None
     late: float | None = None
     if controller is not None:
-        # An error of one motion is no error of another one; that of the rule as a whole is in neither.
+        # Errors of single motions are taken as independent; what all motions share is not known.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
         late = late_probability(max(slack, kept_s), deviation)
