@@ -47,9 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     plain, modes = robots()
     program = rj.Program(tree_from_configurations("handling", np.radians(STOPS_DEG)))
     fastest_s = rj.simulate(program, plain).cycle_time_s
-    print(
-        "| cycle [% of the fastest] | plan, motors on | standby alone | plan and standby | plan, standby there already |"
-    )
+    columns = ("cycle [% of the fastest]", "plan, motors on", "standby alone", "plan and standby", "plan over standby")
+    print("| " + " | ".join(columns) + " |")
     print("|---|---|---|---|---|")
     for share in CYCLES:
         held, plan = (rj.optimize(program, robot, cycle_time=share * fastest_s) for robot in (plain, modes))

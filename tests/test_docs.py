@@ -11,6 +11,7 @@ from pyarrow import csv
 from tests.calibration.plant import Plant, make_log
 from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
 from tests.flows.test_pipeline import post
+from tests.robots.test_urdf import TWO_JOINTS
 
 DOCUMENTS = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 # docs/operation-tree.md has a test of its own, which makes the files that its snippets read.
@@ -70,10 +71,11 @@ def test_shell_blocks_hold_the_make_commands_only():
 def test_snippets_run(reproduced: Path, prefect_server: str):
     """Every command and every Python block once, in the order of the documents.
 
-    What they read and do not make themselves is a log, `log.csv`.
+    What they read and do not make themselves is a log, `log.csv`, and an arm, `arm.urdf`.
     """
     columns, _ = make_log(Plant(21), 21, motions=20)
     csv.write_csv(pa.table(columns), reproduced / "log.csv")
+    (reproduced / "arm.urdf").write_text(TWO_JOINTS, encoding="utf-8")
     done: set[str] = set()
     for path in WITH_SNIPPETS:
         for snippet in snippets(path, "console", "python", "python door"):

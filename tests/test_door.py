@@ -43,7 +43,7 @@ def test_the_example_of_the_readme_runs_in_an_empty_folder(folder):
     robot = rj.load_robot("kuka_kr16_r2010_2", payload_kg=10)
     given = rj.simulate(rj.load_program(folder / "cycle.yaml"), robot)
     written = rj.simulate(rj.load_program(folder / "slower.yaml"), robot)
-    assert cycle_time == pytest.approx(1.1 * given.cycle_time_s, rel=1e-6)
+    assert cycle_time == pytest.approx(1.1 * given.cycle_time_s, abs=1e-3)  # waits are whole milliseconds
     assert written.cycle_time_s == pytest.approx(cycle_time, abs=1e-6)
     assert written.energy_j == pytest.approx(energy, rel=1e-9)
     assert 0.0 < saving < 100.0

@@ -10,7 +10,8 @@ import json
 import logging
 import os
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,12 +62,26 @@ def config_hash(params: BaseModel) -> str:
 def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
     """MLflow, set to record in an experiment of the project's store; both are made if there are none."""
     mlflow = _mlflow()
-    mlflow.set_tracking_uri(store_uri(layout))
-    mlflow.set_registry_uri(store_uri(layout))
-    if mlflow.get_experiment_by_name(experiment) is None:
-        mlflow.create_experiment(experiment, artifact_location=layout.mlflow_artifacts.as_uri())
-    mlflow.set_experiment(experiment)
+    with _alone(layout):
+        mlflow.set_tracking_uri(store_uri(layout))
+        mlflow.set_registry_uri(store_uri(layout))
+        if mlflow.get_experiment_by_name(experiment) is None:
+            mlflow.create_experiment(experiment, artifact_location=layout.mlflow_artifacts.as_uri())
+        mlflow.set_experiment(experiment)
     return mlflow
+
+
+@contextmanager
+def _alone(layout: Layout) -> Iterator[None]:
+    """One process at a time: MLflow breaks a store that two first trainings make at the same instant."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: trainings that start together are for the user to avoid
+        yield
+        return
+    with layout.mlflow_store.with_name(f"{layout.mlflow_store.name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # freed when the file is closed, also by a process that is killed
+        yield
 
 
 def find_run(layout: Layout, model: str, data: str, config: str | None = None) -> RecordedRun | None:

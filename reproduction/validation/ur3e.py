@@ -4,7 +4,7 @@ The recording (RAD, DSN 2022; MIT) has positions, velocities, voltage and curren
 35.5 s at 25 Hz, 19 motions with 1.07 kg. It is power of the arm, not of the mains: controller, fans and supply are
 missing. It is judged in two ways:
 
-- with the catalog's figures, nothing fitted: power above that of standing. Standing power itself is no check, as the
+- with the catalog's figures, nothing fitted: power above that of standing. Standing power itself checks nothing, as the
   catalog's comes from this arm, too (`robojoule/robots/anchors/anchors.yaml`);
 - with figures identified on one half of it: energy of each motion of the other half.
 """

@@ -272,7 +272,7 @@ def identify(
     """
     if power_side not in get_args(PowerSide):
         sides = ", ".join(get_args(PowerSide))
-        raise InputError(f"{shown(power_side)} is no side of the power", key="power_side", allowed=sides)
+        raise InputError(f"{shown(power_side)} is not a side of the power", key="power_side", allowed=sides)
     if power_side == "arm":
         robot = robot.arm_side()
     signals = prepare(log, robot, smoothing_s, window_s)

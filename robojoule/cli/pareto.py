@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         text = io.StringIO()
         writer = csv.DictWriter(text, list(result["points"][0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(result["points"])
+        writer.writerows([{key: f"{value:.9g}" for key, value in point.items()} for point in result["points"]])
         contents[arguments.csv] = text.getvalue()
     if arguments.plot is not None:
         from robojoule.plots.pareto import drawing_of

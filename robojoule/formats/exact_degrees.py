@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 
-def exact_degrees(radians: Iterable[Sequence[float]]) -> list[list[float]] | None:
+def in_exact_degrees(radians: Iterable[Sequence[float]]) -> list[list[float]] | None:
     """Positions in degrees, the shortest numbers that read as the very same radians; None where one has none."""
     degrees = [[_degrees(value) for value in row] for row in radians]
     exact = [[value for value in row if value is not None] for row in degrees]

@@ -15,7 +15,7 @@ class Reading:
     """What a file of a program holds.
 
     Attributes:
-        tree: The operations of the cycle.
+        tree: The operations of the cycle; its `angles` are those of the pendant where the format is a vendor's own.
         places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
         text: The text of the file, so that a plan can be written into it.
     """

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from robojoule.documents import decoded, read_bytes, with_plain_line_ends, write_text
 from robojoule.errors import InputError
-from robojoule.formats.exact_degrees import exact_degrees
+from robojoule.formats.exact_degrees import in_exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.table_text import text_with_columns
 from robojoule.formats.tree_text import number_text
@@ -252,7 +252,7 @@ def _names(rows: list[_Row]) -> list[str]:
 
 def _positions(radians: list[tuple[float, ...]]) -> tuple[str, list[list[float]]]:
     """Positions as they are written, with their unit."""
-    degrees = exact_degrees(radians)
+    degrees = in_exact_degrees(radians)
     return ("rad", [list(row) for row in radians]) if degrees is None else ("deg", degrees)
 
 

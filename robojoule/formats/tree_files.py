@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from robojoule.documents import data_of, document_text, read_document_text, write_document, write_text
 from robojoule.errors import InputError
-from robojoule.formats.exact_degrees import exact_degrees
+from robojoule.formats.exact_degrees import in_exact_degrees
 from robojoule.formats.format import Reading
 from robojoule.formats.tree_text import text_with_plan, text_with_remarks
 from robojoule.inputs import shown
@@ -114,7 +114,7 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         tree: The tree.
         as_degrees: Whether to give angles in degrees, if these read as the very same radians.
     """
-    degrees = exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
+    degrees = in_exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
     pending = iter(degrees or ())
 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:

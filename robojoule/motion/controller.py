@@ -101,7 +101,7 @@ class PathTiming:
                 f"{self.robot.joint_names[joint]} of {self.robot.name} cannot move the arm in motion "
                 f"{block.start + motion + 1}: gravity and friction take {standing[motion, joint]:.4g} Nm",
                 allowed=f"less than its peak torque of {self.robot.peak_effort_nm[joint]:.4g} Nm; "
-                "a lighter payload or another pose",
+                "a lighter payload, another pose, or an allowed overload",
             )
 
     @property

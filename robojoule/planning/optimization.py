@@ -86,7 +86,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     """
     given, fastest = simulate_trees(batch, [[program.tree, full_speed]])[0]
     least_s = float(batch.least_cycles_s[0])
-    # Where the power bounds the speeds, faster moves are no way out.
+    # Where the power bounds the speeds, faster moves do not help.
     faster_s = fastest.cycle_time_s if wish.peak_power_w is None else None
     wanted_s = cycle_time_s(wish.cycle_time, given_s=given.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)

@@ -76,7 +76,7 @@ def standing(waits_s: Array, closed: bool) -> Array:
     return np.append(before, waits_s[-1, 1])
 
 
-def standstills(
+def standstills_of(
     required_s: Array, idle_w: Array, modes: Sequence[StandbyMode], *, closed: bool, step_s: float
 ) -> Standstills:
     """The standstills of a cycle.

@@ -21,7 +21,7 @@ from robojoule.planning.choice import Indices, least_cost_choice, within_gap
 from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.schedule import Schedule
-from robojoule.planning.standstills import Offer, Standstills, standstills
+from robojoule.planning.standstills import Offer, Standstills, standstills_of
 from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
@@ -108,7 +108,7 @@ def whole_speed_plan(
     required[-1, 1] += reserve_s
     idle = np.stack([source.idle_start_w, source.idle_end_w], axis=1)
     cycle_s = plan.cycle_time_s + reserve_s
-    places = standstills(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
+    places = standstills_of(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
     search = _Search(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
 
     known = [source.enclosure(motion) for motion in range(batch.paths.motions)]

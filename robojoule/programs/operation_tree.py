@@ -6,7 +6,6 @@ immutable: a plan is written back with `OperationTree.with_plan`, which returns 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
@@ -18,7 +17,8 @@ from pydantic_core import PydanticCustomError
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
-from robojoule.inputs import LONGEST_S, real
+from robojoule.inputs import LONGEST_S
+from robojoule.programs.degree_keys import accepts_degrees, from_degrees, requires_type
 from robojoule.robots.pendant_file import Angles
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
@@ -47,51 +47,6 @@ def _printable(name: str) -> str:
 
 
 Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
-
-
-def _accepts_degrees(stem: str) -> Any:
-    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`."""
-    radians, degrees = f"{stem}_rad", f"{stem}_deg"
-
-    def edit(schema: dict[str, Any]) -> None:
-        properties = {}
-        for key, value in schema["properties"].items():
-            properties[key] = value
-            if key == radians:
-                text = value["description"].replace("[rad]", f"[deg] Instead of {radians}.")
-                properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
-        schema["properties"] = properties
-        schema["required"] = [key for key in schema["required"] if key != radians]
-        schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
-        if "type" in properties:
-            _requires_type(schema)
-
-    return edit
-
-
-def _requires_type(schema: dict[str, Any]) -> None:
-    """Make `type` obligatory in files, though Python code need not repeat it."""
-    schema["required"] = ["type", *schema["required"]]
-
-
-def _from_degrees(data: Any, stem: str) -> Any:
-    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there."""
-    radians, degrees = f"{stem}_rad", f"{stem}_deg"
-    if not isinstance(data, Mapping):
-        return data
-    if (radians in data) == (degrees in data):
-        raise ValueError(f"exactly one of {radians} and {degrees} must be given")
-    if degrees not in data:
-        return data
-    values = data[degrees]
-    if not isinstance(values, (list, tuple)) or not values or not all(_is_finite_number(value) for value in values):
-        raise PydanticCustomError("degrees", "this must be a list of finite numbers", {"key": degrees})
-    rest = {key: value for key, value in data.items() if key != degrees}
-    return {**rest, radians: [math.radians(value) for value in values]}
-
-
-def _is_finite_number(value: Any) -> bool:
-    return math.isfinite(real(value))
 
 
 def _inconsistent(key: str, problem: str) -> PydanticCustomError:
@@ -124,7 +79,7 @@ Zone = Annotated[
 class MoveOperation(Document):
     """Point-to-point move to a joint configuration, with a stop there if the zone is fine."""
 
-    model_config = ConfigDict(json_schema_extra=_accepts_degrees("target"))
+    model_config = ConfigDict(json_schema_extra=accepts_degrees("target"))
 
     type: Literal["move"] = "move"
     name: Name = Field(description="Name, unique in the tree.")
@@ -149,7 +104,7 @@ class MoveOperation(Document):
     @model_validator(mode="before")
     @classmethod
     def _degrees(cls, data: Any) -> Any:
-        return _from_degrees(data, "target")
+        return from_degrees(data, "target")
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> MoveOperation:
@@ -179,7 +134,7 @@ class MoveOperation(Document):
 class WaitOperation(Document):
     """The robot stands still for a fixed time."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["wait"] = "wait"
     name: Name = Field(description="Name, unique in the tree.")
@@ -189,7 +144,7 @@ class WaitOperation(Document):
 class ProcessOperation(Document):
     """A process step (weld, screw, grip) at which the robot stands still."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["process"] = "process"
     name: Name = Field(description="Name, unique in the tree.")
@@ -202,7 +157,7 @@ class ProcessOperation(Document):
 class CompoundOperation(Document):
     """A named group of operations, executed in order; it moves nothing itself."""
 
-    model_config = ConfigDict(json_schema_extra=_requires_type)
+    model_config = ConfigDict(json_schema_extra=requires_type)
 
     type: Literal["compound"] = "compound"
     name: Name = Field(description="Name, unique in the tree.")
@@ -220,7 +175,7 @@ class OperationTree(Document):
     fine (thesis 2.1.3): the robot cannot stop inside a coarse zone.
     """
 
-    model_config = ConfigDict(json_schema_extra=_accepts_degrees("start"))
+    model_config = ConfigDict(json_schema_extra=accepts_degrees("start"))
 
     format: Literal["robojoule-operation-tree"] = Field(description="Marks the file format.")
     version: Literal[1] = Field(description="Version of the file format.")
@@ -235,7 +190,7 @@ class OperationTree(Document):
     @model_validator(mode="before")
     @classmethod
     def _degrees(cls, data: Any) -> Any:
-        return _from_degrees(data, "start")
+        return from_degrees(data, "start")
 
     @model_validator(mode="after")
     def _consistent(self) -> OperationTree:

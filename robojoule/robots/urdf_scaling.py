@@ -46,7 +46,9 @@ _NO_DRIVE = {
     **{"gear_ratio": 1.0, "rotor_inertia_kg_m2": 1.0},
     **dict.fromkeys(("coulomb_nm", "viscous_nm_s_per_rad", "copper_w_per_nm2"), 0.0),
 }
-_NO_DRIVES = {**dict.fromkeys(DrivesFile.model_fields, 0.5), "provenance": "none", "supply": None}
+_NO_DRIVES = {name: 0.5 for name, field in DrivesFile.model_fields.items() if field.is_required()} | {
+    "provenance": "none"
+}
 _NOTE = {
     "kinematics": ("stated", "as in the URDF"),
     "inertia": ("stated", "as in the URDF"),

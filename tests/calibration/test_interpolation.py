@@ -121,5 +121,5 @@ def test_a_robot_whose_supply_is_unknown_cannot_be_seen_from_its_arm(robot):
     log, _ = recorded(8, 8, rate_hz=125.0)
     with pytest.raises(InputError, match=r"drives\.supply: kuka_kr16_r2010_2 does not say what lies between"):
         rj.identify(log, robot, power_side="arm")
-    with pytest.raises(InputError, match="power_side: 'motor' is no side of the power; allowed: mains, arm"):
+    with pytest.raises(InputError, match="power_side: 'motor' is not a side of the power; allowed: mains, arm"):
         rj.identify(log, robot, power_side="motor")

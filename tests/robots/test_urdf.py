@@ -159,7 +159,24 @@ FAULTS = {
         DRIVES,
         ("xacro", "xacro FILE"),
     ),
+    "doubled-link": (
+        ('<link name="base"/>', '<link name="base"/><link name="base"/>'),
+        DRIVES,
+        ("there are 2 links 'base'", "unique names"),
+    ),
+    "doubled-joint": (
+        ('<joint name="mount"', '<joint name="elbow"'),
+        DRIVES,
+        ("there are 2 joints 'elbow'", "unique names"),
+    ),
+    "endless": (
+        ("<material", '<joint name="x" type="fixed"><parent link="a"/><child link="b"/></joint>' * 501 + "<material"),
+        DRIVES,
+        ("the URDF has 504 joints", "at most 500"),
+    ),
     "no-robot": (("robot", "model"), DRIVES, ("<model>", "<robot>")),
+    "unbound-xacro": (("<material", '<xacro:if value="1"/><material'), DRIVES, ("xacro", "xacro FILE > arm.urdf")),
+    "empty": ((TWO_JOINTS, "<robot name='two'/>"), {**DRIVES, "limits": {}}, ("tool.parent: there is no link 'hand'",)),
     "truncated": (("</robot>", ""), DRIVES, ("cannot be read",)),
     "limit-of-unknown-joint": (
         None,
@@ -199,6 +216,13 @@ def test_missing_inertia_of_a_urdf(two, monkeypatch):
         load_robot(two.name)
     problem = "joint 'elbow' moves the links 'fore', 'hand', none of which has inertial figures"
     assert str(caught.value).startswith(f"{two.name} with two.drives.yaml, links.fore: {problem}")
+
+
+def test_an_inertia_that_no_body_has(two):
+    two.write_text(TWO_JOINTS.replace('iyy="0.02"', 'iyy="2.9"'))
+    words = r"links\.fore: the inertia of link 'fore' is impossible: of its principal moments 0\.003, 0\.02, 2\.9 kg m2"
+    with pytest.raises(InputError, match=words):
+        load_robot(two)
 
 
 def test_no_drive_file(tmp_path):
