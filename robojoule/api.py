@@ -24,8 +24,8 @@ from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
-from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
-from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
+from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
@@ -198,23 +198,35 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
 
 
 @_finite
-def pareto(program: Program, robot: Robot, *, allow_faster: bool = False) -> TradeOff:
+def pareto(
+    program: Program,
+    robot: Robot,
+    *,
+    allow_faster: bool = False,
+    profiles: Profiles | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cautious: bool = False,
+) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
     Args:
         program: What the robot does in a cycle; its speed limits are upper bounds.
         robot: Robot with its payload.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
+        profiles: Where energies and durations come from; see `optimize`.
+        runs: Measured runs of the program's moves; see `optimize`.
+        cautious: Whether to go by the upper quantile of energy differences; not for simulated profiles.
 
     Raises:
-        InputError: The program does not fit the robot.
+        InputError: The program does not fit the robot, or a run is not valid.
     """
     as_given, program = program, _in_model_angles(program, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     batch = _moving(program, robot, faster)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
-    found = trade_offs(batch)[0]
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
+    found = trade_off(batch, source, None if runs is None else _checked_runs(runs, program), cautious=cautious)
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 

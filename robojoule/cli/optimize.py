@@ -9,6 +9,7 @@ from typing import Any
 from robojoule.cli._arguments import (
     add_bounds,
     add_measurements,
+    add_profiles,
     add_program,
     add_robot,
     check_outputs,
@@ -40,11 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
     )
     add_measurements(parser)
-    parser.add_argument(
-        "--profiles",
-        metavar="KIND",
-        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
-    )
+    add_profiles(parser)
     add_bounds(parser)
     parser.add_argument(
         "--out",
