@@ -9,7 +9,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robojoule.api import adjust, energy_profile, identify, identify_timing, optimize, pareto, simulate
+    from robojoule.api import (
+        adjust,
+        energy_profile,
+        identify,
+        identify_friction,
+        identify_timing,
+        optimize,
+        pareto,
+        simulate,
+    )
     from robojoule.formats.program import Program, load_program
     from robojoule.planning.plan import Plan
     from robojoule.robots import list_robots, load_robot
@@ -23,6 +32,7 @@ __all__ = [
     "adjust",
     "energy_profile",
     "identify",
+    "identify_friction",
     "identify_timing",
     "list_robots",
     "load_program",

@@ -24,8 +24,8 @@ from robojoule.planning.adjustment import adjusted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
-from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs
-from robojoule.planning.pareto import TradeOff, trade_offs
+from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
+from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
@@ -35,6 +35,7 @@ from robojoule.programs.tree_check import in_model_angles, robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
+    from robojoule.calibration.friction import FrictionIdentification
     from robojoule.calibration.identification import Identification, PowerSide
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
@@ -148,7 +149,7 @@ def adjust(
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
-    Speed limits of the plan do not bound the next one: they are what the last plan chose. Fixed moves keep theirs.
+    Speed limits of the plan do not bound the new one: they are what the last plan chose. Fixed moves keep theirs.
 
     Args:
         program: The plan that ran: the program with its speed limits and waits.
@@ -209,6 +210,9 @@ def pareto(
     robot: Robot,
     *,
     allow_faster: bool = False,
+    profiles: Profiles | None = None,
+    runs: str | Path | MeasuredRuns | None = None,
+    cautious: bool = False,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
 ) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
@@ -217,17 +221,21 @@ def pareto(
         program: What the robot does in a cycle; its speed limits are upper bounds.
         robot: Robot with its payload.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
+        profiles: Where energies and durations come from; see `optimize`.
+        runs: Measured runs of the program's moves; see `optimize`.
+        cautious: Whether to go by the upper quantile of energy differences; not for simulated profiles.
         slowest_speed_limit_percent: Least speed limit of the motions, 0.01 to 100. [%]
 
     Raises:
-        InputError: The program does not fit the robot, or the bound is not valid.
+        InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
     as_given, program = program, _in_model_angles(program, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     batch = _moving(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
-    found = trade_offs(batch)[0]
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
+    found = trade_off(batch, source, None if runs is None else _checked_runs(runs, program), cautious=cautious)
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
@@ -297,11 +305,39 @@ def identify(
         problem = "the power of this log is that of the bus that feeds the arm, not of the mains"
         raise InputError(problem, file=log.source, key="power_side", allowed="arm")
     window = WINDOW_S if window_s is None else window_s
-    lag = meter_lag(log, robot, smoothing_s)
+    lag = meter_lag(log, robot, smoothing_s, window)
     found = identification.identify(
         without_lag(log, lag.lag_s), robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side
     )
     return replace(found, lag=lag, timing=log_timing(log, robot))
+
+
+@_finite
+def identify_friction(
+    log: str | Path | MeasuredLog,
+    robot: Robot,
+    *,
+    torque_constants: Sequence[float] | None = None,
+    smoothing_s: float | None = None,
+) -> FrictionIdentification:
+    """Friction of the joints, and the controller's timing, from torques or motor currents of a log without power.
+
+    Args:
+        log: CSV or Parquet file, or a log that was read.
+        robot: The robot that was measured, with its payload.
+        torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
+        smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
+
+    Raises:
+        InputError: The log cannot be read, holds no torques, or is too short.
+    """
+    from robojoule.calibration import friction
+    from robojoule.calibration.log import MeasuredLog, read_log
+
+    robot = _checked_robot(robot)
+    if not isinstance(log, MeasuredLog):
+        log = read_log(log, robot, torque_constants, power_needed=False)
+    return friction.identify_friction(log, robot, smoothing_s)
 
 
 @_finite

@@ -182,7 +182,10 @@ BAD = {
     "no motion": (lambda r: rj.energy_profile(r, HOME, HOME), "start and end are the same: there is no motion"),
     "points": (lambda r: rj.energy_profile(r, HOME, 0 * HOME, points=1), "points: 1 is not a valid number of points"),
     "log": (lambda r: rj.identify("none.csv", r), "none.csv: there is no such file"),
-    "log type": (lambda r: rj.identify("log.xlsx", r), "log.xlsx: unknown file type '.xlsx'; allowed: .csv, "),
+    "log type": (
+        lambda r: rj.identify("log.xlsx", r),
+        "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .tsv, .txt, .csv.gz",
+    ),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),
     "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17' (did you mean "),
     "payload": (

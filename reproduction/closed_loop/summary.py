@@ -42,7 +42,7 @@ def machine_rows(cases: Sequence[Row]) -> list[Row]:
         found = [r for r in cases if (r["look"], r["machine"], r["trial"]) == (look, machine, trial)]
         late, promise = _column(found, "late_percent"), _promise(found)
         rows.append(
-            {"look": look, "machine": machine, "inside": inside, "trials": trial}
+            {"look": look, "machine": machine, "inside": verdict(bool(inside)), "trials": trial}
             | _pair("late", "percent", late)
             | _pair("gap", "percent", _column(found, "gap_percent"))
             | _pair("promise_error", "points", promise)

@@ -26,7 +26,7 @@ _SEPARATORS = (",", ";", "\t")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|nan", re.IGNORECASE)
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d")
-# The longest endings first: q1_velocity_rad_s is not a time.
+# The longest endings first: q1_velocity_rad_s does not end with a unit of time.
 _UNITS = {
     "_rad_s": ("rad/s",),
     "_percent": ("%", "percent"),
@@ -142,7 +142,7 @@ def check_unit(name: str, unit: str, file: Path) -> None:
 
 
 def seconds_of_stamps(column: list[str]) -> Array | None:
-    """ISO stamps as seconds since the first one, shape (T,); None where a cell is not such a stamp. [s]"""
+    """ISO stamps as seconds since the first one, shape (T,); None where a cell holds something else. [s]"""
     if not column or not all(_STAMP.match(cell) for cell in column):
         return None
     try:

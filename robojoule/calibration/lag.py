@@ -9,7 +9,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_model import evaluate, log_parameters
-from robojoule.calibration.signals import prepare
+from robojoule.calibration.signals import WINDOW_S, prepare
 from robojoule.robots.robot import Robot
 
 LONGEST_LAG_S = 0.5
@@ -32,15 +32,16 @@ class MeterLag:
     r2_without: float
 
 
-def meter_lag(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None) -> MeterLag:
+def meter_lag(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, window_s: float = WINDOW_S) -> MeterLag:
     """Find the lag of the meter by the robot's figures as they are: only the shape of the power counts.
 
     Args:
         log: Checked log.
         robot: The robot with its payload.
         smoothing_s: See `robojoule.calibration.signals.prepare`. [s]
+        window_s: See there. [s]
     """
-    signals = prepare(log, robot, smoothing_s)
+    signals = prepare(log, robot, smoothing_s, window_s)
     vector = log_parameters(robot)
     modelled = evaluate(vector, signals, np.clip(vector.start, vector.lower, vector.upper)).power_w
     time, step = signals.time_s, float(np.median(np.diff(log.time_s)))

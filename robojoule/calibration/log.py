@@ -45,6 +45,7 @@ class MeasuredLog:
         torque_nm: Measured drive torques on the link side, shape (T, n), if logged. [Nm]
         payload_kg: Payload mass, shape (T,), if logged. [kg]
         speed_limit: Speed limit of the program that held, a fraction in (0, 1], shape (T,), if logged. [-]
+        has_power: Whether power was logged; else it is NaN throughout.
         on_the_arm: Whether the file itself says that its power is that of the bus that feeds the arm.
     """
 
@@ -57,12 +58,19 @@ class MeasuredLog:
     payload_kg: Array | None = None
     speed_limit: Array | None = None
     on_the_arm: bool = False
+    has_power: bool = True
 
     def __post_init__(self) -> None:
         freeze(self)
 
 
-def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLike | None = None) -> MeasuredLog:
+def read_log(
+    path: str | Path,
+    robot: Robot,
+    torque_constants_nm_per_a: ArrayLike | None = None,
+    *,
+    power_needed: bool = True,
+) -> MeasuredLog:
     """Read and check a log.
 
     Args:
@@ -70,6 +78,7 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         robot: The robot it was measured on.
         torque_constants_nm_per_a: Motor torque over motor current, one per joint; needed if the log holds motor
             currents instead of torques. [Nm/A]
+        power_needed: Whether a log without power is refused; else its power is nowhere known (`has_power`).
 
     Raises:
         InputError: The file cannot be read; columns are missing, doubled or not numbers; cells are empty; time does
@@ -83,7 +92,9 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         table = with_own_names(table, with_currents=checked is not None)
     source, count = table.source, robot.joint_count
     _check_columns(table, count)
-    time, power = table.column("time_s"), table.column("power_w")
+    time = table.column("time_s")
+    has_power = power_needed or "power_w" in table.names
+    power = table.column("power_w") if has_power else np.full(time.shape, np.nan)
     velocity = _joint_columns(table, count, "velocity_rad_s")
     kept = np.append(True, np.diff(time) != 0.0)  # of packets that came twice the first one
     _check_time(time[kept], source, with_velocity=velocity is not None)
@@ -103,6 +114,7 @@ def read_log(path: str | Path, robot: Robot, torque_constants_nm_per_a: ArrayLik
         payload_kg=_of(payload, kept),
         speed_limit=_of(_speed_limits(table), kept),
         on_the_arm=on_the_arm,
+        has_power=has_power,
     )
     _check_velocity(log, robot)
     return log

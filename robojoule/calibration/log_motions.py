@@ -40,7 +40,7 @@ class LoggedMotions:
         duration_s: Shape (M,). [s]
         speed_limits: Fractions in (0, 1], shape (M,). [-]
         resolution_s: Median step of the log. [s]
-        left_out: Motions between rests that are not straight.
+        left_out: Number of motions between rests that are not straight.
     """
 
     source: str

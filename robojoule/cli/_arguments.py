@@ -86,13 +86,18 @@ def add_slowest(parser: argparse.ArgumentParser) -> None:
 
 
 def add_measurements(parser: argparse.ArgumentParser) -> None:
-    """Add where profiles come from, and the reserve."""
+    """Add the reserve, measured runs and caution."""
     parser.add_argument(
         "--reserve",
         default="0",
         metavar="S",
         help="slack kept at the end: seconds (0.1s) or a share of the cycle (1%%)",
     )
+    add_runs(parser)
+
+
+def add_runs(parser: argparse.ArgumentParser) -> None:
+    """Add measured runs and caution."""
     parser.add_argument(
         "--runs",
         metavar="FILE",
@@ -103,6 +108,15 @@ def add_measurements(parser: argparse.ArgumentParser) -> None:
         "--cautious",
         action="store_true",
         help="plan by the upper end of the interval of predicted or measured energies",
+    )
+
+
+def add_profiles(parser: argparse.ArgumentParser) -> None:
+    """Add where energy profiles come from."""
+    parser.add_argument(
+        "--profiles",
+        metavar="KIND",
+        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
     )
 
 

@@ -12,7 +12,9 @@ from robojoule.cli._output import show_written
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
+    from robojoule.calibration.friction import FrictionIdentification
     from robojoule.calibration.identification import Identification
+    from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.timing import TimingIdentification
     from robojoule.robots.robot import Robot
 
@@ -54,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Read, identify, write what is asked for."""
     from robojoule.api import identify
-    from robojoule.calibration.log import read_log
+    from robojoule.calibration.log import check_torque_constants, read_log
     from robojoule.calibration.run_table import is_run_table
     from robojoule.documents import write_files
     from robojoule.plots.identification import PLOT_SUFFIXES, drawing_of
@@ -65,9 +67,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.name is not None and not arguments.name.strip():
         raise InputError("a robot needs a name", key="--name")
     robot = robot_of(arguments)
+    if arguments.torque_constants is not None:
+        check_torque_constants(arguments.torque_constants, robot)
     if is_run_table(arguments.log):
         return _of_runs(arguments, robot)
-    log = read_log(arguments.log, robot, arguments.torque_constants)
+    log = read_log(arguments.log, robot, arguments.torque_constants, power_needed=False)
+    if not log.has_power:
+        return _of_torques(arguments, log, robot)
     result = identify(
         log,
         robot,
@@ -84,6 +90,21 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     told = result.to_dict()
     told["warnings"] = [*map(str, robot.doubts), *told["warnings"]]
     return {**told, "samples": len(log.time_s), "out": arguments.out, "plot": arguments.plot}
+
+
+def _of_torques(arguments: argparse.Namespace, log: MeasuredLog, robot: Robot) -> dict[str, Any]:
+    """Friction and timing, from a log without power."""
+    from robojoule.api import identify_friction
+    from robojoule.documents import write_files
+
+    for option in ("plot", "window"):
+        if getattr(arguments, option) is not None:
+            raise InputError("this needs a log with power", key=f"--{option}", allowed="a column power_w")
+    found = identify_friction(log, robot, smoothing_s=arguments.smoothing)
+    if arguments.runs is not None:
+        found = replace(found, timing=_timing(arguments, arguments.runs, robot))
+    write_files(_robot_file(arguments, found))
+    return {**found.to_dict(), "samples": len(log.time_s), "out": arguments.out, "plot": None}
 
 
 def _of_runs(arguments: argparse.Namespace, robot: Robot) -> dict[str, Any]:
@@ -112,7 +133,7 @@ def _timing(arguments: argparse.Namespace, table: str, robot: Robot) -> TimingId
 
 
 def _robot_file(
-    arguments: argparse.Namespace, result: Identification | TimingIdentification
+    arguments: argparse.Namespace, result: Identification | FrictionIdentification | TimingIdentification
 ) -> dict[Path, str | bytes]:
     """The robot file to write, if it is asked for."""
     from robojoule.documents import document_text
@@ -131,6 +152,8 @@ def show(result: dict[str, Any]) -> None:
         print("power measured on the bus of the arm: figures are seen from there, the robot file's from the mains")
     if "parameters" in result:
         _show_drives(result)
+    if "joints" in result:
+        _show_friction(result["joints"])
     if result["timing"] is not None:
         _show_timing(result["timing"])
     for warning in result["warnings"]:
@@ -157,6 +180,20 @@ def _show_timing(timing: dict[str, Any]) -> None:
     print(f"{'other rules':50}  held-out error [%]")
     for rule in timing["rules"][1:4]:
         print(f"{rule['name']:50}  {rule['held_out_error_percent']:.2f}")
+
+
+def _show_friction(joints: list[dict[str, Any]]) -> None:
+    """Print what torques told of each joint."""
+    print("joint             Coulomb [Nm]   std. error  viscous [Nm s/rad]   std. error  torque scale     R2")
+    for row in joints:
+        if row["identified"]:
+            errors = row["coulomb_error_nm"], row["viscous_error_nm_s_per_rad"]
+            figures = (
+                f"{row['coulomb_nm']:12.4g} {errors[0]:12.3g} {row['viscous_nm_s_per_rad']:19.4g} {errors[1]:12.3g}"
+            )
+        else:
+            figures = f"{'(not told)':>12} {'-':>12} {'-':>19} {'-':>12}"
+        print(f"{row['joint']:17} {figures}  {row['torque_scale']:12.3f}  {row['r2']:.3f}")
 
 
 def _show_drives(result: dict[str, Any]) -> None:

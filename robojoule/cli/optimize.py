@@ -9,6 +9,7 @@ from typing import Any
 from robojoule.cli._arguments import (
     add_bounds,
     add_measurements,
+    add_profiles,
     add_program,
     add_robot,
     add_slowest,
@@ -42,11 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_slowest(parser)
     add_measurements(parser)
-    parser.add_argument(
-        "--profiles",
-        metavar="KIND",
-        help="where energies come from: simulated (default), predicted, measured (default with --runs)",
-    )
+    add_profiles(parser)
     add_bounds(parser)
     parser.add_argument(
         "--out",

@@ -8,7 +8,16 @@ import io
 from pathlib import Path
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, add_slowest, check_outputs, program_of, robot_of
+from robojoule.cli._arguments import (
+    add_profiles,
+    add_program,
+    add_robot,
+    add_runs,
+    add_slowest,
+    check_outputs,
+    program_of,
+    robot_of,
+)
 from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
@@ -28,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
     )
     add_slowest(parser)
+    add_profiles(parser)
+    add_runs(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
 
@@ -37,13 +48,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.api import pareto
     from robojoule.documents import write_files
 
-    check_outputs(arguments, ["program", "robot"], {"csv": [".csv"], "plot": [".svg"]})
+    check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program = program_of(arguments)
     found = pareto(
         program,
         robot_of(arguments, program),
         allow_faster=arguments.allow_faster,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
     )
     result = found.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}

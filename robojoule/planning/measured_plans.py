@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robojoule.arrays import Index, Mask
+from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.inputs import counted
@@ -83,10 +83,7 @@ def plan_on_measurements(
     """
     tree, graph = batch.trees[0], batch.graphs[0]
     as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
-    known = min(BELOW_MEASURED * float(runs.speed_limits.min()), float(as_written.speed_limits.min()))
-    limits = controller_limits(speed_step, max(batch.slowest_speed_limit, known))
-    others = np.concatenate([runs.speed_limits, as_written.speed_limits, batch.speed_range[1]])
-    profiles = measured_profiles(batch.paths, runs, np.unique(np.append(limits, others)))
+    profiles, limits = profiles_of_runs(batch, runs, as_written.speed_limits, speed_step)
     taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])
     given, fastest = (believed(run, profiles) for run in (as_written, at_full))
     waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
@@ -152,6 +149,28 @@ def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed
         return ()
     moves = counted(stuck, "move") if stuck > 1 else "a move"
     return (f"{moves} at the lowest speed limit that was measured: slower runs may save more",)
+
+
+def profiles_of_runs(
+    batch: TreeBatch, runs: MeasuredRuns, given: Array, speed_step: float
+) -> tuple[MeasuredProfiles, Array]:
+    """Profiles at all speed limits that the controller takes and others that are asked for, and the former, (S,). [-]
+
+    Args:
+        batch: The one tree.
+        runs: Measured runs of its moves.
+        given: Speed limits of the program as given, shape (M,). [-]
+        speed_step: Step of the speed limits that the controller takes. [-]
+    """
+    known = min(BELOW_MEASURED * float(runs.speed_limits.min()), float(given.min()))
+    limits = controller_limits(speed_step, max(batch.slowest_speed_limit, known))
+    others = np.concatenate([runs.speed_limits, given, batch.speed_range[1]])
+    return measured_profiles(batch.paths, runs, np.unique(np.append(limits, others))), limits
+
+
+def within_range(batch: TreeBatch, profiles: MeasuredProfiles) -> MeasuredProfiles:
+    """The profiles at the speed limits that the program allows."""
+    return replace(profiles, allowed=profiles.allowed & _within(batch, profiles))
 
 
 def believed(run: CycleRun, profiles: MeasuredProfiles) -> CycleRun:

@@ -10,17 +10,19 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.timing import identify_timing
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
-from robojoule.planning.measured_plans import plan_on_measurements
+from robojoule.planning.measured_plans import plan_on_measurements, profiles_of_runs, within_range
+from robojoule.planning.pareto import TradeOff, trade_off_on, trade_offs
 from robojoule.planning.plan import Plan, is_as_good, plan_warnings, standby_until, verify, waiting_until
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.speed_choice import DISCREPANCY, Outlook, late_probability
+from robojoule.planning.speed_choice import DISCREPANCY, Outlook, cautious_energies, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
 from robojoule.planning.writeback import WAIT_STEP_S, write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
@@ -142,7 +144,7 @@ def _outlook(
     deviation: float | None = None
     late: float | None = None
     if controller is not None:
-        # Errors of motions are independent of each other; that of the rule as a whole is in neither.
+        # Errors of single motions are taken as independent; what all motions share is not known.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
         late = late_probability(max(slack, kept_s), deviation)
@@ -198,3 +200,26 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         profiles=wish.profiles,
         outlook=found.outlook,
     )
+
+
+def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *, cautious: bool = False) -> TradeOff:
+    """Energy over cycle time of the one tree of a batch, on profiles of any source.
+
+    Args:
+        batch: The tree.
+        profiles: Where energies come from.
+        runs: Measured runs of its moves, if there are any; with simulated profiles they tell the timing alone.
+        cautious: Whether to go by the upper quantile of energy differences.
+    """
+    if runs is None or profiles == "simulated":
+        if runs is not None:
+            robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
+            batch = TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+        if profiles == "simulated":
+            return trade_offs(batch)[0]
+        return trade_off_on(profile_source(batch, Wish(0.0, 0.0, 1.0, profiles, cautious)), batch)
+    given = np.array([move.speed_limit_percent / 100.0 for move in batch.trees[0].moves()])
+    known, _ = profiles_of_runs(batch, runs, given, speed_step=0.01)
+    if cautious:
+        known = replace(known, energy_j=cautious_energies(known))
+    return trade_off_on(within_range(batch, known), batch)

@@ -31,6 +31,7 @@ from robojoule.planning.cycle_run import CycleRun
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
+from robojoule.profile.source import ProfileSource
 
 RELATIVE_ERROR = 5e-4  # of each motion's profile
 _LOADS = ("peak_power_w", "peak_torque_ratio", "rms_torque_ratio")
@@ -249,3 +250,24 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
         robot = batch.robot
         result.append(TradeOff(batch.trees[tree].name, robot.name, float(robot.payload.mass_kg), curve, bound, runs))
     return result
+
+
+def trade_off_on(source: ProfileSource, batch: TreeBatch) -> TradeOff:
+    """Energy over cycle time of the one tree of a batch by what a source knows; it is its own bound.
+
+    Args:
+        source: Profiles of the motions.
+        batch: The tree.
+    """
+    known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
+    fixed_j = process_energy_j(batch.trees[0])
+    curve, bound = (
+        pareto_curve(
+            batch.graphs[0],
+            joined_costs(side, source.idle_start_w, source.idle_end_w),
+            fixed_energy_j=fixed_j,
+        )
+        for side in ([one.above for one in known], [one.below for one in known])
+    )
+    robot = batch.robot
+    return TradeOff(batch.trees[0].name, robot.name, float(robot.payload.mass_kg), curve, bound, 0)

@@ -9,7 +9,7 @@ profile hardly reaches below the lowest speed limit at which its motion was meas
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,8 @@ from robojoule.calibration.timing import checked_durations, fit_all
 from robojoule.calibration.timing_fit import OF_STAMPS, Durations, RuleFit, best_rules
 from robojoule.motion.path_integrals import PathIntegrals
 from robojoule.motion.simulation import MotionPaths
+from robojoule.profile.enclosure import Enclosure
+from robojoule.profile.sampled import sampled_profile
 from robojoule.robots.controller_file import ControllerTiming
 
 ENERGY_NOISE = 0.02  # of a measured energy
@@ -35,7 +37,7 @@ _LEAST_WEIGHT = 0.01
 
 @dataclass(frozen=True, eq=False)
 class MeasuredProfiles:
-    """Durations and energies of M motions at S speed limits by measured runs; immutable.
+    """Durations and energies of M motions at S speed limits by measured runs (a `ProfileSource`); immutable.
 
     Attributes:
         speed_limits: Rising, shape (S,). [-]
@@ -74,6 +76,26 @@ class MeasuredProfiles:
     held_out_error: float
     controller: ControllerTiming
     rule: str
+
+    @property
+    def idle_start_w(self) -> Array:
+        """Idle power at the start of each motion, shape (M,). [W]"""
+        return self.idle_w[:, 0]
+
+    @property
+    def idle_end_w(self) -> Array:
+        """Idle power at the end of each motion, shape (M,). [W]"""
+        return self.idle_w[:, 1]
+
+    def enclosure(self, motion: int) -> Enclosure:
+        """The profile of a motion as far as its runs reach: all that is known of it."""
+        known = self.allowed[motion]
+        runs = sampled_profile(self.duration_s[motion][known], self.energy_j[motion][known], self.speed_limits[known])
+        return Enclosure.exact(runs.piecewise())
+
+    def refine_near(self, durations_s: Mapping[int, Array]) -> list[int]:
+        """Runs know no more than they say; see `ProfileSource.refine_near`."""
+        return []
 
     def at(self, limits: Array) -> tuple[Array, Array]:
         """Durations [s] and energies [J] at one speed limit of each motion, shape (M,); linear between those known."""

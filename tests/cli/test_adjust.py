@@ -39,7 +39,7 @@ def test_a_measured_cycle_gives_a_faster_plan(program, tmp_path, capsys):
     out = tmp_path / "plan.yaml"
     plan = said(capsys, "optimize", program, "--cycle-time", "+30%", "--out", out)
     again = said(capsys, "adjust", out, "--measured-cycle", 1.04 * plan["cycle_time_s"], "--out", tmp_path / "new.yaml")
-    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=1e-3)
+    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=2e-3)  # waits are written in 1 ms
     faster = [
         a["speed_limit_percent"] >= b["speed_limit_percent"] for a, b in zip(again["moves"], plan["moves"], strict=True)
     ]
@@ -51,7 +51,7 @@ def test_plans_on_runs_say_how_sure_they_are(program, runs, capsys):
     asked = ["optimize", program, "--runs", runs, "--cycle-time", "6", "--reserve", "0.05s", "--profiles", "predicted"]
     result = said(capsys, *asked)
     assert result["reserve_s"] == pytest.approx(0.05)
-    assert result["cycle_time_s"] == pytest.approx(6.0, abs=1e-3)
+    assert result["cycle_time_s"] == pytest.approx(6.0, abs=2e-3)  # waits are written in 1 ms
     assert 0.0 <= result["outlook"]["late_probability"] < 0.5
     assert main([*map(str, asked), *ROBOT]) == 0
     shown = capsys.readouterr().out

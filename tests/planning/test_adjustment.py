@@ -32,7 +32,7 @@ def test_a_measured_cycle_brings_the_plan_back_into_its_time(case):
     measured, _ = executed(paths, machine, plan)
     assert measured > 1.03 * plan.cycle_time_s
     again = rj.adjust(plan.program, paths.robot, measured_cycle=measured)
-    assert again.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-3)
+    assert again.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=2e-3)  # waits are written in 1 ms
     late = executed(paths, machine, again)[0] / plan.cycle_time_s - 1.0
     assert abs(late) < 0.2 * (measured / plan.cycle_time_s - 1.0)
     assert "times their simulated durations" in again.warnings[-1]

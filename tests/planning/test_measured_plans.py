@@ -6,6 +6,7 @@ import pytest
 import robojoule as rj
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 
@@ -34,7 +35,7 @@ def test_a_plan_on_runs_holds_where_the_nominal_one_is_late(case):
     runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs)
     assert plan.profiles == "measured"
-    assert plan.cycle_time_s == pytest.approx(asked, abs=1e-3)
+    assert asked - WAIT_STEP_S * len(plan.moves) <= plan.cycle_time_s <= asked + 1e-9
     assert executed(paths, machine, plan)[0] == pytest.approx(asked, rel=2e-3)
     assert plan.outlook.rule.startswith("joint_accelerations")
     assert plan.outlook.saving_low_percent < plan.saving_percent < plan.outlook.saving_high_percent
@@ -47,9 +48,9 @@ def test_a_reserve_is_a_wait_at_the_end_and_makes_lateness_unlikely(case):
     runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, reserve="1%")
     assert plan.reserve_s == pytest.approx(0.01 * asked)
-    assert plan.moves[-1].wait_after_s >= plan.reserve_s - 1e-3
+    assert plan.moves[-1].wait_after_s >= plan.reserve_s - WAIT_STEP_S
     assert plan.outlook.late_probability < 0.02
-    assert plan.cycle_time_s == pytest.approx(asked, abs=1e-3)
+    assert asked - WAIT_STEP_S * len(plan.moves) <= plan.cycle_time_s <= asked + 1e-9
 
 
 def test_one_speed_alone_is_refused_with_the_one_that_is_missing(case):
@@ -91,6 +92,26 @@ def test_a_cycle_that_the_machine_cannot_keep_is_refused_with_the_least_one(case
     with pytest.raises(CycleTimeTooShort) as error:
         rj.optimize(program, paths.robot, cycle_time=asked / ASKED * 0.97, runs=runs)
     assert error.value.minimum_s == pytest.approx(asked / ASKED, rel=2e-3)
+
+
+def test_the_trade_off_on_runs_is_that_of_the_plans_on_them(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
+    found = rj.pareto(program, paths.robot, runs=runs)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs)
+    fastest = paths.with_controller(machine).durations([1.0]).sum()
+    assert found.curve.cycle_times_s[0] == pytest.approx(fastest, rel=2e-3)
+    assert float(found.curve.energy_j(asked)) <= plan.energy_j * (1.0 + 1e-4)
+    assert float(found.curve.energy_j(asked)) == pytest.approx(plan.energy_j, rel=2e-3)
+    cautious = rj.pareto(program, paths.robot, runs=runs, cautious=True)
+    assert float(cautious.curve.energy_j(asked)) > float(found.curve.energy_j(asked))
+
+
+def test_the_trade_off_on_predicted_profiles_is_near_the_simulated_one(case):
+    paths, program, _, _ = case
+    simulated, predicted = (rj.pareto(program, paths.robot, profiles=kind) for kind in ("simulated", "predicted"))
+    times = simulated.curve.cycle_times_s[0] * np.array([1.1, 1.5])
+    assert predicted.curve.energy_j(times) == pytest.approx(simulated.curve.energy_j(times), rel=0.05)
 
 
 def test_limits_of_the_program_are_kept(case):
