@@ -81,13 +81,15 @@ class CycleTimeTooShort(InputError):
     Args:
         requested_s: Cycle time asked for. [s]
         minimum_s: Least feasible cycle time. [s]
+        forced: What forces it, such as "by robot R1".
     """
 
-    def __init__(self, requested_s: float, minimum_s: float) -> None:
+    def __init__(self, requested_s: float, minimum_s: float, forced: str = "") -> None:
         self.requested_s = requested_s
         self.minimum_s = minimum_s
+        reason = f", which is forced {forced}" if forced else ""
         super().__init__(
-            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle",
+            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{reason}",
             allowed=f"at least {minimum_s:.6f} s",
         )
 

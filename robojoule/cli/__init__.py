@@ -27,6 +27,7 @@ COMMANDS = {
     "optimize": "speed limits and waits with the least energy for a cycle time",
     "pareto": "least energy over cycle time, and what a second of cycle time is worth",
     "identify": "drive parameters from a measured log of motions and mains power",
+    "cell": "plans of whole cells: several robots, hand-overs, shared space, power modes",
 }
 INTERRUPTED = 130  # exit code after Ctrl-C, as of shells
 

@@ -1,7 +1,7 @@
 """Cells in the XML of the published benchmark (CTU in Prague, `EnergyOptimizatorOfRoboticCells`).
 
 A `dataset` holds one or more `instance`s. Numbers `aid`, `lid`, `mid` and `pid` become the names of activities,
-locations, movements and power modes. A point is a location of exactly one static activity; movements are told by points.
+locations, movements and power modes. A point is a location of exactly one static activity; movements join points.
 """
 
 from __future__ import annotations
@@ -96,7 +96,9 @@ class _Reader:
         activities = element.one("activities")
         activities.only("static-activity", "dynamic-activity")
         static = [self._static(one, expected) for one in activities.all("static-activity")]
-        last = [one for one in activities.all("static-activity") if one.attributes.get("last_in_cycle") in ("true", "1")]
+        last = [
+            one for one in activities.all("static-activity") if one.attributes.get("last_in_cycle") in ("true", "1")
+        ]
         if len(last) != 1:
             problem = f"{len(last)} static activities are the last in the cycle"
             raise (last or [activities])[-1].error(problem, allowed='last_in_cycle="true" at exactly one')
@@ -156,7 +158,7 @@ class _Reader:
                     problem = f"point {point.text.strip()} belongs to activity {choice.activity}, not to {ends[side]}"
                     raise point.error(problem, key=f"activity {aid}")
                 options.append(choice.option)
-            movements.append(Movement(movement.attribute("mid"), *options, self._profile(movement)))
+            movements.append(Movement(movement.attribute("mid"), options[0], options[1], self._profile(movement)))
         if not movements:
             raise element.error("there is no movement")
         return DynamicActivity(
@@ -214,7 +216,9 @@ class _Reader:
             ends = [(self._choice_activity(one), one.attribute("lid")) for one in pair.all("location")]
             if len(ends) != 2:
                 raise pair.error(f"<compatible-pair> holds {len(ends)} locations", allowed="two")
-            (first, one), (second, other) = sorted(ends, key=lambda end: list(self.elements).index(f"activity {end[0]}"))
+            (first, one), (second, other) = sorted(
+                ends, key=lambda end: list(self.elements).index(f"activity {end[0]}")
+            )
             found.setdefault((first, second), []).append((one, other))
         return [Handover(first, second, tuple(pairs)) for (first, second), pairs in found.items()]
 

@@ -39,7 +39,9 @@ class Element:
 
     def error(self, problem: str, *, allowed: str | None = None, key: str | None = None) -> InputError:
         """An error that names the file and the line."""
-        return InputError(problem, file=self.file, key=f"line {self.line}" + (f", {key}" if key else ""), allowed=allowed)
+        return InputError(
+            problem, file=self.file, key=f"line {self.line}" + (f", {key}" if key else ""), allowed=allowed
+        )
 
     def all(self, tag: str) -> Iterator[Element]:
         """The elements of some name right within this one."""

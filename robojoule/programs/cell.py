@@ -210,8 +210,9 @@ class Cell:
             raise InputError("the cell has no robot")
         static = [one for robot in self.robots for one in robot.static]
         dynamic = [one for robot in self.robots for one in robot.dynamic]
-        _unique("activity", (one.name for one in (*static, *dynamic)))
-        robot_of = {one.name: robot.name for robot in self.robots for one in (*robot.static, *robot.dynamic)}
+        _unique("activity", [*(one.name for one in static), *(one.name for one in dynamic)])
+        robot_of = {one.name: robot.name for robot in self.robots for one in robot.static}
+        robot_of |= {one.name: robot.name for robot in self.robots for one in robot.dynamic}
         object.__setattr__(self, "robot_of", robot_of)
         object.__setattr__(self, "static", {one.name: one for one in static})
         object.__setattr__(self, "dynamic", {one.name: one for one in dynamic})

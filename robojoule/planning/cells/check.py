@@ -1,7 +1,7 @@
 """Independent check of plans: feasibility and energy of a plan from the cell alone.
 
-Nothing here is shared with the models: no numbering, no solver, no search. It knows the cell (`robojoule.programs.cell`)
-and the steps of a plan, whoever made them.
+Nothing here is shared with the models: no numbering, no solver, no search. It knows the cell
+(`robojoule.programs.cell`) and the steps of a plan, whoever made them.
 """
 
 from __future__ import annotations

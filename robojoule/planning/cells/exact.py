@@ -17,7 +17,6 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.planning.cells.linear import INF, Limits
 from robojoule.planning.cells.model import CellModel
-from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.selection import Selection, selection_of
 from robojoule.planning.cells.tangents import spread_durations_s
 from robojoule.planning.cells.timing import Timing, best_times
@@ -65,7 +64,7 @@ def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tup
     bound, prices = 0.0, dict.fromkeys(model.parts.robots, 0.0)
     for at in spread_durations_s(n, t, _FIRST_TANGENTS):
         model.add_tangents(t, at)
-    for round_ in range(_CUT_ROUNDS):
+    for _ in range(_CUT_ROUNDS):
         found = model.program.solve(limits, relaxed=True)
         if found.status == "infeasible":
             return INF, prices
@@ -77,7 +76,7 @@ def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tup
         at = np.clip(at, n.d_min_s[t], n.d_max_s[t])
         missing = np.where(used > 1e-6, used * n.energies_j(t, at) - found.values[model.W[t]], 0.0)
         prices = _prices_w(model, used, at)
-        wanted = missing > share * bound / max(np.count_nonzero(used > 1e-6), 1)
+        wanted = missing > share * bound / max(int(np.count_nonzero(used > 1e-6)), 1)
         if missing.sum() <= share * bound or not wanted.any() or monotonic() > limits.until:
             break
         model.add_tangents(t[wanted], at[wanted])
@@ -144,7 +143,9 @@ class ExactSearch:
             if self._done():
                 break
             found = self.model.program.solve(
-                replace(self.limits, gap=_SHARE_OF_GAP * self.limits.gap, bounded=self._bounded, improved=self._improved),
+                replace(
+                    self.limits, gap=_SHARE_OF_GAP * self.limits.gap, bounded=self._bounded, improved=self._improved
+                ),
                 start=self._start_values(),
             )
             if found.status == "infeasible":
@@ -170,7 +171,9 @@ class ExactSearch:
     def _status(self) -> str:
         if self.best.timing is None:
             return "unknown"
-        return "optimal" if self.best.energy_j - self.best.bound_j <= self.limits.gap * self.best.energy_j else "feasible"
+        return (
+            "optimal" if self.best.energy_j - self.best.bound_j <= self.limits.gap * self.best.energy_j else "feasible"
+        )
 
     def _times(self, selection: Selection) -> Timing | None:
         limits = replace(self.limits, gap=1e-7, until=max(self.limits.until, monotonic() + 2.0), stop=None)
@@ -210,7 +213,9 @@ class ExactSearch:
 
     def _add_solution_tangents(self, values: Array) -> None:
         t = self.model.movements[values[self.model.y[self.model.movements]] > 0.5]
-        self.model.add_tangents(t, np.clip(values[self.model.d[t]], self.model.numbers.d_min_s[t], self.model.numbers.d_max_s[t]))
+        self.model.add_tangents(
+            t, np.clip(values[self.model.d[t]], self.model.numbers.d_min_s[t], self.model.numbers.d_max_s[t])
+        )
 
     def _missing(self, selection: Selection, values: Array) -> float:
         """By how much the model's energy is below the true one at its solution, beyond what the gap allows. [J]"""

@@ -145,7 +145,7 @@ class LinearModel:
             ("time_limit", max(limits.until - monotonic(), 0.01) + highs.getRunTime() if limits.until < INF else INF),
             ("objective_bound", INF),
             ("mip_feasibility_tolerance", 1e-7),
-            ("objective_target", -INF),
+            ("mip_allow_restart", False),  # on these models restarts cost more than they save
         ):
             highs.setOptionValue(option, value)
         if start is not None and not relaxed:
@@ -236,6 +236,9 @@ def _listen(highs: Any, limits: Limits) -> None:
     def check(event: Any) -> None:
         if limits.bounded is not None:
             limits.bounded(float(event.data_out.mip_dual_bound))
+        check_stop(event)
+
+    def check_stop(event: Any) -> None:
         if limits.stop is not None and limits.stop():
             event.interrupt()
 
@@ -247,7 +250,7 @@ def _listen(highs: Any, limits: Limits) -> None:
     if limits.stop is not None or limits.bounded is not None:
         highs.cbMipInterrupt.subscribe(check)
     if limits.stop is not None:
-        highs.cbSimplexInterrupt.subscribe(lambda event: event.interrupt() if limits.stop and limits.stop() else None)
+        highs.cbSimplexInterrupt.subscribe(check_stop)
     if limits.improved is not None:
         highs.cbMipImprovingSolution.subscribe(better)
 

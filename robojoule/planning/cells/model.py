@@ -50,8 +50,8 @@ one integer, whatever the number of its choices; d_i and [..] are zero unless ch
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -104,13 +104,21 @@ class CellModel:
         numbers: The cell.
         robots: Robots that are planned; all unless given.
         free_cycle_time: Whether the cycle time is a variable and the objective, for the least cycle time.
+        without: What of `Parts` is left out.
     """
 
     def __init__(
-        self, numbers: Numbering, robots: Sequence[int] | None = None, *, free_cycle_time: bool = False
+        self,
+        numbers: Numbering,
+        robots: Sequence[int] | None = None,
+        *,
+        free_cycle_time: bool = False,
+        without: Collection[str] = (),
     ) -> None:
         self.numbers = numbers
         self.parts = Parts.of(numbers, robots)
+        if "handovers" in without:
+            self.parts = replace(self.parts, handovers=())
         self.free_cycle_time = free_cycle_time
         self.program = LinearModel()
         in_parts = np.isin(np.arange(numbers.robots), list(self.parts.robots))
@@ -149,6 +157,7 @@ class CellModel:
         r = np.array(sorted(self.parts.robots))
         self.t = spread(r, n.robots, program.columns(r.size, low[r], high[r]))
         self.k: dict[tuple[int, int], int] = {}
+        self.lag_rows: list[int] = []
         self.CT = int(program.columns(1, 0.0, INF, 1.0)[0]) if self.free_cycle_time else -1
 
     def _add_choices(self) -> None:
@@ -193,7 +202,7 @@ class CellModel:
                 self.program.row([(self.f[e], 1.0), *terms(moves, -float(n.latest_s[e]))], upper=0.0)
             else:  # an optional activity that is not done must not carry time: a day is more than any cycle
                 self.program.row([(self.f[e], 1.0), *terms(moves, -86_400.0)], upper=0.0)
-        for v in np.flatnonzero(self._static_used):
+        for v in np.flatnonzero(self._static_used).tolist():
             through = self._arrival(v) + [
                 (self.delta[s], 1.0) for place in n.locations_of[v] for s in n.stays_of[place]
             ]
@@ -216,7 +225,7 @@ class CellModel:
                         row += [(column, -slack) for column, _ in terms(self.y[n.movements_of[e]])]
                 ends = [e for e in {lag.first_move, lag.second_move} - {-1} if len(n.leaving[int(n.tail[e])]) > 1]
                 slack *= len(ends)
-            self._timed_row(row, -float(lag.cycles), lag.length_s - slack, INF)
+            self.lag_rows.append(self._timed_row(row, -float(lag.cycles), lag.length_s - slack, INF))
 
     def _add_handovers(self) -> None:
         """(8) locations that fit."""
@@ -230,7 +239,7 @@ class CellModel:
 
     def _add_meetings(self) -> None:
         """(9) choices that collide are apart in every cycle."""
-        n, CT = self.numbers, self.numbers.cycle_time_s
+        CT = self.numbers.cycle_time_s
         if self.free_cycle_time:
             return  # the least cycle time without them is a bound
         for meeting in self.parts.meetings:
@@ -286,13 +295,12 @@ class CellModel:
         v = int(self.numbers.tail[activity - self.numbers.statics])
         return next(starts[one] for e in self.numbers.leaving[v] if (one := self.numbers.statics + int(e)) in starts)
 
-    def _timed_row(self, row: Terms, cycles: float, length_s: float = 0.0, upper: float | None = None) -> None:
-        """length + cycles CT <= row, or = where no upper bound is given."""
+    def _timed_row(self, row: Terms, cycles: float, length_s: float = 0.0, upper: float | None = None) -> int:
+        """Length + cycles CT <= row, or = where no upper bound is given."""
         if self.free_cycle_time:
-            self.program.row([*row, (self.CT, -cycles)], length_s, length_s if upper is None else upper)
-        else:
-            value = length_s + cycles * self.numbers.cycle_time_s
-            self.program.row(row, value, value if upper is None else upper)
+            return self.program.row([*row, (self.CT, -cycles)], length_s, length_s if upper is None else upper)
+        value = length_s + cycles * self.numbers.cycle_time_s
+        return self.program.row(row, value, value if upper is None else upper)
 
     def _chosen(self, place: int, coefficient: float = 1.0) -> Terms:
         """x_l: whether a location is chosen."""

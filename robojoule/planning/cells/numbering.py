@@ -6,7 +6,7 @@ out where that is so.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -226,7 +226,7 @@ class Numbering:
             np.minimum.at(left, self.tail, onward)
             if np.array_equal(before, left):
                 break
-        return self.cycle_time_s - self.least_move_s - left[self.head]
+        return np.asarray(self.cycle_time_s - self.least_move_s - left[self.head])
 
     @cached_property
     def lags(self) -> list[Lag]:
@@ -319,5 +319,5 @@ class Numbering:
         return coefficients, degrees
 
 
-def _index(values: object) -> Index:
-    return np.array(list(values), dtype=np.intp)  # type: ignore[call-overload,no-any-return]
+def _index(values: Iterable[int]) -> Index:
+    return np.array(list(values), dtype=np.intp)

@@ -78,4 +78,3 @@ class CellPlan:
             "runtime_s": self.runtime_s,
             "steps": [asdict(step) for step in self.steps],
         }
-

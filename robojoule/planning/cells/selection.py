@@ -31,7 +31,7 @@ class Selection:
         return tuple((*self.movements[r].tolist(), -1, *self.stays[r].tolist()) for r in sorted(self.movements))
 
     def with_robots(self, other: Selection) -> Selection:
-        """This selection, with the robots of another one in its place."""
+        """The selection with the robots of another one in its place."""
         return Selection({**self.movements, **other.movements}, {**self.stays, **other.stays})
 
 

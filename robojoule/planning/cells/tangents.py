@@ -16,4 +16,7 @@ def spread_durations_s(numbers: Numbering, movements: Index, count: int) -> list
     """
     low, high = numbers.d_max_s[movements] ** -0.5, numbers.d_min_s[movements] ** -0.5
     shares = (np.arange(count) + 0.5) / count
-    return [np.clip((low + share * (high - low)) ** -2.0, numbers.d_min_s[movements], numbers.d_max_s[movements]) for share in shares]
+    return [
+        np.clip((low + share * (high - low)) ** -2.0, numbers.d_min_s[movements], numbers.d_max_s[movements])
+        for share in shares
+    ]

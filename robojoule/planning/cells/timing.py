@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robojoule.arrays import Array, Index
-from robojoule.planning.cells.linear import INF, LinearModel, Limits
+from robojoule.planning.cells.linear import INF, Limits, LinearModel
 from robojoule.planning.cells.model import Parts
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.selection import Selection, Times, energy_j
@@ -84,7 +84,9 @@ class _Problem:
         self.t = np.concatenate([selection.movements[r] for r in self.robots])
         self.s = np.concatenate([selection.stays[r] for r in self.robots])
         ends = np.cumsum([selection.movements[r].size for r in self.robots])
-        self.rows = {r: slice(int(end) - selection.movements[r].size, int(end)) for r, end in zip(self.robots, ends, strict=True)}
+        self.rows = {
+            r: slice(int(end) - selection.movements[r].size, int(end)) for r, end in zip(self.robots, ends, strict=True)
+        }
         self.move_of = {int(n.movement_dynamic[t]): i for i, t in enumerate(self.t)}  # by dynamic activity
         self.stay_of = {int(n.stay_static[s]): i for i, s in enumerate(self.s)}  # by static activity
         self.leave_of = {int(n.tail[n.movement_dynamic[t]]): i for i, t in enumerate(self.t)}
@@ -125,9 +127,10 @@ class _Problem:
         program.lower[first] = program.upper[first] = 0.0
         self.slacks: list[int] = []
         for lag in self.parts.lags:
-            a, b = self._lag_end(lag.first, lag.first_move, lag.every), self._lag_end(lag.second, lag.second_move, lag.every)
-            if a is not None and b is not None:
-                row = b + [(column, -x) for column, x in a]
+            begin = self._lag_end(lag.first, lag.first_move, lag.every)
+            end = self._lag_end(lag.second, lag.second_move, lag.every)
+            if begin is not None and end is not None:
+                row = end + [(column, -x) for column, x in begin]
                 program.row(row + self._slack(program), lower=lag.length_s - CT * lag.cycles)
         self.k = {}
         for pair, a, b in self.meetings:
@@ -189,7 +192,10 @@ class _Problem:
                 return best
             at, model = found.values[self.dt], found.values[self.w]
             timing = self._timing(found.values, cycles)
-            if best is None or timing.energy_j + self.slack_w * timing.late_s < best.energy_j + self.slack_w * best.late_s:
+            if (
+                best is None
+                or timing.energy_j + self.slack_w * timing.late_s < best.energy_j + self.slack_w * best.late_s
+            ):
                 best = timing
             missing = n.energies_j(self.t, at) - model
             wanted = np.flatnonzero(missing > tolerance * max(best.energy_j, 1.0) / (2.0 * self.t.size))
