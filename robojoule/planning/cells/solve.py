@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from time import monotonic
 
 from robojoule.errors import PlanningError
@@ -12,6 +15,7 @@ from robojoule.inputs import as_number
 from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.feasibility import explain
+from robojoule.planning.cells.large import LargeSearch
 from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Numbering
@@ -21,6 +25,8 @@ from robojoule.programs.cell import Cell
 
 TIME_LIMIT_S = 60.0
 GAP_PERCENT = 0.01
+SMALL, MIDDLE = 350, 1000  # movements up to which the model alone is best, and up to which it can prove something
+SHARE_OF_SEARCH = 0.4  # of the time, for the search before the model in cells of middle size
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,7 @@ def solve_cell(
     seed: int = 0,
     progress: Callable[[Progress], None] | None = None,
     stop: Callable[[], bool] | None = None,
+    executor: Executor | None = None,
 ) -> CellPlan:
     """The plan of a cell with the least energy that was found, checked, with a proven bound.
 
@@ -65,6 +72,8 @@ def solve_cell(
         seed: Of random choices; equal seeds give equal plans where no time limit cuts.
         progress: Is told whenever the best plan or the bound changes.
         stop: Is asked now and then whether the search shall end with the best plan so far.
+        executor: Runs the annealing of large cells from as many seeds as there are threads beside each other: any
+            executor of `concurrent.futures`, so also one of other machines; threads of this process if not given.
 
     Raises:
         InputError: An argument is out of range, or the cell has no plan; says why.
@@ -85,7 +94,7 @@ def solve_cell(
             progress(Progress(cell.name, monotonic() - began, found.energy_j, found.bound_j))
 
     numbers = Numbering(cell)
-    found = ExactSearch(CellModel(numbers), limits, tell if progress is not None else None).run()
+    found = _search(numbers, limits, tell, executor)
     if found.status == "infeasible":
         raise explain(numbers, limits)
     runtime = monotonic() - began
@@ -93,3 +102,23 @@ def solve_cell(
         raise PlanningError(f"no plan of cell '{cell.name}' was found in {runtime:.1f} s")
     plan = plan_of(numbers, found.selection, found.timing.times, found.status, found.bound_j, runtime)
     return checked(cell, replace(plan, bound_j=min(plan.bound_j, plan.energy_j)))
+
+
+def _search(numbers: Numbering, limits: Limits, tell: Callable[[Found], None], executor: Executor | None) -> Found:
+    """The search that suits the size of a cell."""
+    start = None
+    bound = 0.0
+    if numbers.movements > SMALL and (numbers.movements > MIDDLE or find_spec("numba") is not None):
+        share = 1.0 if numbers.movements > MIDDLE else SHARE_OF_SEARCH
+        until = monotonic() + share * (limits.until - monotonic())
+        own = ThreadPoolExecutor(limits.threads) if executor is None and limits.threads > 1 else nullcontext(executor)
+        with own as used:
+            found = LargeSearch(numbers, replace(limits, until=until), tell, used, limits.threads).run()
+        if found.status in ("optimal", "infeasible") or numbers.movements > MIDDLE:
+            return found
+        bound = found.bound_j
+        if found.selection is not None and found.timing is not None:
+            start = (found.selection, found.timing)
+    search = ExactSearch(CellModel(numbers), limits, tell)
+    search.best = replace(search.best, bound_j=bound)
+    return search.run(start)
