@@ -10,13 +10,18 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robojoule.api import energy_profile, identify, optimize, pareto, simulate
+    from robojoule.formats.cells import load_cells
     from robojoule.formats.registry import load_program
+    from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.plan import Plan
+    from robojoule.programs.cell import Cell
     from robojoule.programs.program import Program
     from robojoule.robots import list_robots, load_robot
     from robojoule.robots.robot import Payload, Robot
 
 __all__ = [
+    "Cell",
+    "CellPlan",
     "Payload",
     "Plan",
     "Program",
@@ -24,6 +29,7 @@ __all__ = [
     "energy_profile",
     "identify",
     "list_robots",
+    "load_cells",
     "load_program",
     "load_robot",
     "optimize",
@@ -33,11 +39,14 @@ __all__ = [
 __version__ = "0.1.0"
 
 _MODULES = {
+    "Cell": "robojoule.programs.cell",
+    "CellPlan": "robojoule.planning.cells.plan",
     "Payload": "robojoule.robots.robot",
     "Plan": "robojoule.planning.plan",
     "Program": "robojoule.programs.program",
     "Robot": "robojoule.robots.robot",
     "list_robots": "robojoule.robots",
+    "load_cells": "robojoule.formats.cells",
     "load_program": "robojoule.formats.registry",
     "load_robot": "robojoule.robots",
 }  # of the names that are not in robojoule.api

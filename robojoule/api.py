@@ -7,10 +7,11 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +34,8 @@ from robojoule.robots.robot import Robot
 if TYPE_CHECKING:
     from robojoule.calibration.identification import Identification
     from robojoule.calibration.log import MeasuredLog
+    from robojoule.planning.cells.plan import CellPlan
+    from robojoule.programs.cell import Cell
 
 RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
 
@@ -43,6 +46,7 @@ class _Result(Protocol):
 
 Asked = ParamSpec("Asked")
 Found = TypeVar("Found", bound=_Result)
+Given = TypeVar("Given", bound=_Result, covariant=True)
 
 
 def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
@@ -61,9 +65,35 @@ def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
     return checked
 
 
+class _Optimize(Protocol[Asked, Given]):
+    @overload
+    def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
+    @overload
+    def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
+
+
+def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
+    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
+
+    @wraps(call)
+    def either(*args: Any, **named: Any) -> Any:
+        cells = sys.modules.get("robojoule.programs.cell")  # without it nobody can have made a cell
+        if cells is not None and args and isinstance(args[0], cells.Cell):
+            from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
+
+            return solve_cell(*args, **named)
+        return call(*args, **named)
+
+    return either
+
+
+@_also_cells
 @_finite
 def optimize(program: Program, robot: Robot, *, cycle_time: float | str) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
+
+    A `Cell` may be given instead of program and robot: `optimize(cell, time_limit_s=60)`, with the settings of
+    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`.
 
     Speed limits of the program as given are not kept; its waits and process steps are, and may only become longer.
 

@@ -18,6 +18,7 @@ from robojoule.errors import InputError, RobojouleError
 from robojoule.inputs import shown
 
 if TYPE_CHECKING:
+    from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.cells.solve import Progress
     from robojoule.programs.cell import Cell
 
@@ -30,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     solve = actions.add_parser("solve", help="the plan with the least energy", description="The plan of least energy.")
     check = actions.add_parser("check", help="whether a plan is feasible, and its energy", description="Check a plan.")
-    for sub in (solve, check):
+    gantt = actions.add_parser("gantt", help="a drawing of a plan", description="Draw what each robot does in a cycle.")
+    for sub in (solve, check, gantt):
         sub.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object")
         sub.add_argument("cell", type=Path, metavar="FILE", help="cell file (YAML, JSON) or published benchmark (XML)")
     solve.add_argument("--time-limit", type=number, default=60.0, metavar="S", help="of each cell [s] (default: 60)")
@@ -42,12 +44,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     solve.add_argument("--instance", type=whole_number, metavar="N", help="only this cell of the file, counted from 0")
     solve.add_argument("--out", type=Path, metavar="FILE", help="write the plans here (.json, .csv)")
     solve.add_argument("--quiet", action="store_true", help="do not tell on standard error how far the search is")
-    check.add_argument("plan", type=Path, metavar="PLAN", help="plans (.json, .csv), as `cell solve --out` writes them")
+    for sub in (check, gantt):
+        sub.add_argument("plan", type=Path, metavar="PLAN", help="plans (.json, .csv), as `cell solve` writes them")
+    gantt.add_argument("--plot", type=Path, required=True, metavar="FILE", help="where to draw (.svg)")
+    gantt.add_argument("--cell", dest="name", metavar="NAME", help="which cell, if there are several plans")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Do what is asked for."""
-    return _solve(arguments) if arguments.action == "solve" else _check(arguments)
+    return {"solve": _solve, "check": _check, "gantt": _gantt}[arguments.action](arguments)
 
 
 def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -91,18 +96,11 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _check(arguments: argparse.Namespace) -> dict[str, Any]:
-    from robojoule.formats.cell_plans import read_plans
-    from robojoule.formats.cells import load_cells
     from robojoule.planning.cells.check import check_plan
 
-    cells: dict[str, Cell] = {cell.name: cell for cell in load_cells(arguments.cell)}
     results = []
-    for plan in read_plans(arguments.plan):
-        if plan.cell not in cells:
-            raise InputError(
-                f"the plan is for cell {shown(plan.cell)}", file=arguments.plan, allowed=", ".join(list(cells)[:20])
-            )
-        check = check_plan(cells[plan.cell], plan)
+    for cell, plan in _plans(arguments):
+        check = check_plan(cell, plan)
         results.append(
             {
                 "cell": plan.cell,
@@ -112,6 +110,38 @@ def _check(arguments: argparse.Namespace) -> dict[str, Any]:
             }
         )
     return {"feasible": all(one["feasible"] for one in results), "plans": results}
+
+
+def _gantt(arguments: argparse.Namespace) -> dict[str, Any]:
+    from robojoule.documents import write_text
+    from robojoule.planning.cells.check import check_plan
+    from robojoule.plots.gantt import drawing_of
+
+    check_outputs(arguments, ["cell", "plan"], {"plot": [".svg"]})
+    pairs = [pair for pair in _plans(arguments) if arguments.name in (None, pair[0].name)]
+    if len(pairs) != 1:
+        problem = f"{len(pairs)} plans of the file are meant"
+        raise InputError(problem, file=arguments.plan, allowed="one, named by --cell where there are several")
+    cell, plan = pairs[0]
+    if (check := check_plan(cell, plan)).violations:
+        raise InputError(f"the plan is not feasible: {check.violations[0]}", file=arguments.plan)
+    write_text(arguments.plot, drawing_of(cell, plan))
+    return {"cell": cell.name, "plot": str(arguments.plot)}
+
+
+def _plans(arguments: argparse.Namespace) -> list[tuple[Cell, CellPlan]]:
+    """The plans of the file with their cells."""
+    from robojoule.formats.cell_plans import read_plans
+    from robojoule.formats.cells import load_cells
+
+    cells = {cell.name: cell for cell in load_cells(arguments.cell)}
+    plans = read_plans(arguments.plan)
+    for plan in plans:
+        if plan.cell not in cells:
+            raise InputError(
+                f"the plan is for cell {shown(plan.cell)}", file=arguments.plan, allowed=", ".join(list(cells)[:20])
+            )
+    return [(cells[plan.cell], plan) for plan in plans]
 
 
 class _Told:
@@ -152,6 +182,9 @@ def _interrupt() -> Iterator[Event]:
 
 def show(result: dict[str, Any]) -> None:
     """Print plans, or what the check found."""
+    if "plot" in result:
+        print(f"written to {result['plot']}")
+        return
     if "plans" in result:
         for one in result["plans"]:
             energy = "unknown energy" if one["energy_j"] is None else f"{one['energy_j']:.2f} J"

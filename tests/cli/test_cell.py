@@ -83,6 +83,22 @@ def test_a_plan_of_another_cell_is_refused(cell, tmp_path, capsys):
     assert "the plan is for cell 'generated_2_1'" in capsys.readouterr().err
 
 
+def test_a_plan_is_drawn(cell, tmp_path, capsys):
+    out, plot = tmp_path / "plan.json", tmp_path / "plan.svg"
+    assert main(["cell", "solve", str(cell), "--out", str(out), "--quiet"]) == 0
+    words = ["cell", "gantt", str(cell), str(out), "--plot", str(plot)]
+    assert main(words) == 0
+    first = plot.read_text(encoding="utf-8")
+    assert "<svg" in first
+    assert main(words) == 0
+    assert plot.read_text(encoding="utf-8") == first
+    assert main(["cell", "gantt", str(cell), str(out), "--plot", str(tmp_path / "plan.png")]) == 2
+    assert main([*words, "--cell", "another"]) == 2
+    out.write_text(out.read_text(encoding="utf-8").replace('"brakes"', '"on"', 1), encoding="utf-8")
+    assert main(words) == 2
+    assert "the plan is not feasible" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has other signals")
 def test_an_interrupt_keeps_the_best_plan(tmp_path):
     path, out = tmp_path / "cell.json", tmp_path / "plan.json"

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robojoule.arrays import Array, Index, Mask
-from robojoule.planning.cells.annealing_kernel import anneal
+from robojoule.planning.cells.annealing_kernel import HOT_J, anneal
 
 _WHOLE = (
     *("robot", "last", "first", "location", "stay", "table", "table_origin", "arcs", "arc_origin", "move_dynamic"),
@@ -78,12 +78,15 @@ class State(NamedTuple):
     stay_s: Array  # (V,)
 
 
-def run(problem: Problem, state: State, iterations: int, seed: int) -> float:
-    """Anneal a state in place to the best one that was met in the last part of the run; returns its cost. [J]"""
+def run(problem: Problem, state: State, iterations: int, seed: int, hot_j: float = HOT_J) -> float:
+    """Anneal a state in place to the best one that was met in the last part of the run; returns its cost. [J]
+
+    Where the run does not begin as hot as from a state at random, penalties are as they are at the end.
+    """
     o, whole, floating = _packed(problem)
     C = np.stack([state.order, state.pose, state.leaving]).astype(np.int64)
     X = np.stack([state.share, state.begin_s, state.stay_s])
-    cost = float(anneal(o, whole, floating, C, X, state.phase_s, iterations, seed))
+    cost = float(anneal(o, whole, floating, C, X, state.phase_s, iterations, seed, hot_j))
     for field, values in zip((state.order, state.pose, state.leaving), C, strict=True):
         field[:] = values
     for times, found in zip((state.share, state.begin_s, state.stay_s), X, strict=True):
@@ -94,7 +97,7 @@ def run(problem: Problem, state: State, iterations: int, seed: int) -> float:
 def compile_kernel() -> None:
     """Compile what `run` needs, or load it where it was compiled before; takes seconds, other threads go on."""
     whole, rows, floating = np.zeros(40, dtype=np.int64), np.zeros((3, 1), dtype=np.int64), np.zeros((3, 1))
-    anneal(whole, whole, np.zeros(40), rows, floating, np.zeros(0), 0, 0)
+    anneal(whole, whole, np.zeros(40), rows, floating, np.zeros(0), 0, 0, HOT_J)
 
 
 def _packed(p: Problem) -> tuple[Index, Array, Array]:

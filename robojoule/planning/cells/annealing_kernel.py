@@ -318,7 +318,7 @@ def _restore(o, W, r, row, listed, values, old):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def anneal(o, W, F, C, X, phase, iterations, seed):  # type: ignore[no-untyped-def]
+def anneal(o, W, F, C, X, phase, iterations, seed, hot):  # type: ignore[no-untyped-def]
     """Anneal a state in place to the best one that was met in the last part of the run; returns its cost."""
     np.random.seed(seed)
     robots, count = o[ROBOTS], o[STATICS]
@@ -341,8 +341,8 @@ def anneal(o, W, F, C, X, phase, iterations, seed):  # type: ignore[no-untyped-d
         cost[r] = time_robot(o, W, F, C, X, r)
     best, total = np.inf, np.inf
     for iteration in range(iterations):
-        heat = HOT_J * (COLD_J / HOT_J) ** (iteration / iterations)
-        firm = min(iteration / (FIRM * iterations), 1.0) ** 2
+        heat = hot * (COLD_J / hot) ** (iteration / iterations)
+        firm = min(iteration / (FIRM * iterations), 1.0) ** 2 if hot == HOT_J else 1.0
         unfit, rate = UNFIT_J * (0.3 + 4.0 * firm), 0.2 + 2.0 * firm
         if iteration % RECOUNT == 0:
             total = _recount(o, W, F, C, X, phase, lag, hand, meet, unfit, rate)

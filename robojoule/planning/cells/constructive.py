@@ -81,6 +81,22 @@ class Annealer:
         anneal(self.problem, state, iterations, seed)
         return self._selection(state)
 
+    def rerun(self, selection: Selection, timing: Timing, iterations: int, seed: int, hot_j: float) -> Selection:
+        """Choices of the best state of a run that begins, less hot, with a plan."""
+        n, zeros = self.numbers, np.zeros(self.numbers.statics)
+        order, pose, share = [], np.zeros(n.statics, dtype=np.intp), np.full(n.statics, 1e-4)
+        for r in range(n.robots):
+            s = selection.stays[r]
+            order.append(n.stay_static[s])
+            pose[n.stay_static[s]] = n.stay_location[s]
+            shortest = n.stay_least_s[self.problem.stay[n.stay_location[s]]]
+            share[n.stay_static[s]] += np.maximum(timing.times.stays_s[r] - shortest, 0.0) / n.cycle_time_s
+        phases = np.array([timing.times.phases_s[r] for r in range(n.robots)])
+        leaving = np.full(n.statics, -1, dtype=np.intp)
+        state = State(np.concatenate(order), pose, share, phases, leaving, zeros, zeros.copy())
+        anneal(self.problem, state, iterations, seed, hot_j)
+        return self._selection(state)
+
     def _problem(self) -> Problem:
         n, R = self.numbers, self.numbers.robots
         prices = np.array([single.price_w for single in self.singles])

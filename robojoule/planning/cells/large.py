@@ -32,6 +32,9 @@ ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
 BOUND_S = 60.0
 SHARE_OF_ANNEALING = 0.3  # of the time, at most
+REHEAT_ITERATIONS, REHEAT_J = 400_000, (30.0, 10.0, 60.0, 100.0)
+LEAST_GAIN_J = 0.01
+MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
 
 
 @dataclass
@@ -70,9 +73,10 @@ class LargeSearch:
         self._bounded()
         compiling.join()
         if all(single.found.selection is not None for single in singles):
-            self._anneal(Annealer(self.numbers, singles), began)
+            annealer = Annealer(self.numbers, singles)
+            self._anneal(annealer, began)
         if self.best.selection is not None:
-            self._improve(singles)
+            self._improve(singles, annealer)
         return replace(self.best, status=self._status())
 
     def _anneal(self, annealer: Annealer, began: float) -> None:
@@ -87,8 +91,6 @@ class LargeSearch:
                 if self._done():
                     break
             seed += self.workers
-            if iterations == MOST_ITERATIONS and self.best.selection is not None:
-                break
             iterations = min(2 * iterations, MOST_ITERATIONS)
 
     def _runs(self, annealer: Annealer, iterations: int, seed: int) -> Iterable[Selection]:
@@ -98,8 +100,8 @@ class LargeSearch:
         task = _Run(self.numbers.cell, annealer.singles, iterations)
         return self.executor.map(task, seeds)
 
-    def _improve(self, singles: list[Single]) -> None:
-        """Neighbourhoods, and bounds of the single robots in between."""
+    def _improve(self, singles: list[Single], annealer: Annealer) -> None:
+        """Neighbourhoods, with runs of annealing from the plan and bounds of single robots in between."""
         near = Neighbourhoods(self.numbers)
         rng, exhausted = np.random.default_rng(self.limits.seed), set[Neighbourhood]()
         tasks = self._bounds(singles)
@@ -107,17 +109,31 @@ class LargeSearch:
         while not self._done():
             turn += 1
             around = near.draw(rng, exhausted)
-            if around is None or turn % 3 == 0:
-                if next(tasks, None) is None and around is None:
+            selection, timing = self._plan()
+            if turn % 4 == 0 and next(tasks, None) is not None:
+                continue
+            if turn % 4 in (1, 2) or around is None:
+                if self._reheat(annealer, selection, timing, turn):
+                    exhausted.clear()
+                elif around is None and turn > MOST_TURNS:
                     break
                 continue
-            selection, timing = self._plan()
             found = near.search(around, selection, timing, self._within(SECONDS, 0.0))
             if found is None:
                 exhausted.add(around)
             else:
                 self._better(*found)
                 exhausted.clear()
+
+    def _reheat(self, annealer: Annealer, selection: Selection, timing: Timing, turn: int) -> bool:
+        """A run of annealing from the plan; whether it led to a better one."""
+        hot = REHEAT_J[turn // 2 % len(REHEAT_J)]
+        found = annealer.rerun(selection, timing, REHEAT_ITERATIONS, self.limits.seed * 1000 + turn, hot)
+        times = timed(self.numbers, found, self._within(10.0, 1e-3))
+        if times is None or times.late_s > LATE_S or times.energy_j >= timing.energy_j - LEAST_GAIN_J:
+            return False
+        self._better(found, times)
+        return True
 
     def _bounds(self, singles: list[Single]) -> Iterator[int]:
         """Sharpen the bounds of the robots, the loosest first."""

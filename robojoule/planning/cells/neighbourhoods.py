@@ -22,7 +22,7 @@ from robojoule.planning.cells.timing import Timing, best_times
 
 TANGENTS = 7
 SECONDS = 20.0  # of one neighbourhood
-GAP = 5e-4
+GAP = 5e-5
 
 
 @dataclass(frozen=True)
