@@ -19,12 +19,17 @@ if TYPE_CHECKING:
         pareto,
         simulate,
     )
+    from robojoule.formats.cells import load_cells
     from robojoule.formats.program import Program, load_program
+    from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.plan import Plan
+    from robojoule.programs.cell import Cell
     from robojoule.robots import list_robots, load_robot
     from robojoule.robots.robot import Payload, Robot
 
 __all__ = [
+    "Cell",
+    "CellPlan",
     "Payload",
     "Plan",
     "Program",
@@ -35,6 +40,7 @@ __all__ = [
     "identify_friction",
     "identify_timing",
     "list_robots",
+    "load_cells",
     "load_program",
     "load_robot",
     "optimize",
@@ -44,11 +50,14 @@ __all__ = [
 __version__ = "0.1.0"
 
 _MODULES = {
+    "Cell": "robojoule.programs.cell",
+    "CellPlan": "robojoule.planning.cells.plan",
     "Payload": "robojoule.robots.robot",
     "Plan": "robojoule.planning.plan",
     "Program": "robojoule.formats.program",
     "Robot": "robojoule.robots.robot",
     "list_robots": "robojoule.robots",
+    "load_cells": "robojoule.formats.cells",
     "load_program": "robojoule.formats.program",
     "load_robot": "robojoule.robots",
 }  # of the names that are not in robojoule.api

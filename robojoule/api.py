@@ -7,11 +7,12 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
     from robojoule.calibration.timing import TimingIdentification
+    from robojoule.planning.cells.plan import CellPlan
+    from robojoule.programs.cell import Cell
 
 SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
 _LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
@@ -51,6 +54,7 @@ class _Result(Protocol):
 
 Asked = ParamSpec("Asked")
 Found = TypeVar("Found", bound=_Result)
+Given = TypeVar("Given", bound=_Result, covariant=True)
 
 
 def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
@@ -69,6 +73,29 @@ def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
     return checked
 
 
+class _Optimize(Protocol[Asked, Given]):
+    @overload
+    def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
+    @overload
+    def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
+
+
+def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
+    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
+
+    @wraps(call)
+    def either(*args: Any, **named: Any) -> Any:
+        cells = sys.modules.get("robojoule.programs.cell")  # without it nobody can have made a cell
+        if cells is not None and args and isinstance(args[0], cells.Cell):
+            from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
+
+            return solve_cell(*args, **named)
+        return call(*args, **named)
+
+    return either
+
+
+@_also_cells
 @_finite
 def optimize(
     program: Program,
@@ -90,6 +117,9 @@ def optimize(
     The program's waits and process steps are kept, its speed limits are upper bounds, those of fixed moves are kept.
     Waits that an earlier plan added (`added_wait_after_s`) may go again, so a plan that is planned again for its own
     cycle time stays as it is.
+
+    A `Cell` may be given instead of program and robot: `optimize(cell, time_limit_s=60)`, with the settings of
+    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`.
 
     Args:
         program: What the robot does in a cycle.

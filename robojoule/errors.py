@@ -118,16 +118,20 @@ class CycleTimeTooShort(InputError):
         requested_s: Cycle time asked for. [s]
         minimum_s: Least feasible cycle time. [s]
         faster_s: That with moves faster than the program's speed limits allow, where these bound it. [s]
+        forced: What forces it, such as "by robot R1".
     """
 
-    def __init__(self, requested_s: float, minimum_s: float, faster_s: float | None = None) -> None:
+    def __init__(
+        self, requested_s: float, minimum_s: float, faster_s: float | None = None, *, forced: str = ""
+    ) -> None:
         self.requested_s = requested_s
         self.minimum_s = minimum_s
         self.faster_s = faster_s
         bounded = faster_s is not None and faster_s < minimum_s - 1e-6
         within = " within the program's speed limits" if bounded else ""
+        reason = f", which is forced {forced}" if forced else ""
         super().__init__(
-            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{within}",
+            f"the cycle time {requested_s:.6g} s is shorter than the fastest cycle{within}{reason}",
             allowed=f"at least {minimum_s:.6f} s"
             + (f", or {faster_s:.6f} s if moves may be faster" if bounded else ""),
         )

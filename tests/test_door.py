@@ -5,6 +5,7 @@ import json
 import os
 import pkgutil
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +28,7 @@ def block(language: str) -> str:
 def folder(tmp_path) -> Path:
     """An empty folder with the program that the README shows."""
     (tmp_path / "cycle.yaml").write_text(block("yaml operation-tree"), encoding="utf-8")
+    shutil.copy(ROOT / "robojoule/examples/cell.yaml", tmp_path)
     return tmp_path
 
 
@@ -84,8 +86,13 @@ program = rj.load_program("cycle.yaml")
 assert isinstance(program, rj.Program)
 plan = rj.optimize(program, robot, cycle_time="+5%")
 assert isinstance(plan, rj.Plan)
+(cell,) = rj.load_cells("cell.yaml")
+assert isinstance(cell, rj.Cell)
+cell_plan = rj.optimize(cell, time_limit_s=60)
+assert isinstance(cell_plan, rj.CellPlan) and cell_plan.status == "optimal"
 start, end, *_ = program.tree.configurations_rad()
-results = [plan, rj.simulate(program, robot), rj.pareto(program, robot), rj.energy_profile(robot, start, end, points=5)]
+profile = rj.energy_profile(robot, start, end, points=5)
+results = [plan, cell_plan, rj.simulate(program, robot), rj.pareto(program, robot), profile]
 try:
     rj.identify("none.csv", robot)
 except rj.errors.InputError as error:

@@ -85,7 +85,7 @@ def test_the_metadata_is_complete(wheel: Path):
     assert metadata["License-Expression"] == "Apache-2.0"
     assert all(metadata[key] for key in ("Summary", "Keywords", "Author", "Requires-Python"))
     assert "Typing :: Typed" in metadata.get_all("Classifier", [])
-    assert metadata.get_all("Provides-Extra") == ["parquet", "pipeline", "plot"]
+    assert metadata.get_all("Provides-Extra") == ["cells", "parquet", "pipeline", "plot"]
     core = {re.match(r"[\w-]+", text)[0] for text in metadata.get_all("Requires-Dist", []) if "extra ==" not in text}
     assert not HEAVY & core and {"numpy", "pyomo"} <= core
 
@@ -103,6 +103,7 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
     (installed.folder / "cycle.yaml").write_text(block.text, encoding="utf-8")
     columns, _ = make_log(Plant(21), 21, motions=20)
     csv.write_csv(pa.table(columns), installed.folder / "log.csv")
+    (installed.folder / "cell.yaml").write_bytes((ROOT / "robojoule/examples/cell.yaml").read_bytes())
     robot = ["--robot", ROBOT, "--payload", "10", "--json"]
     motion = ["--from", "0,-90,90,0,0,0", "--to", "60,-60,90,0,30,0"]
     calls = {
@@ -114,14 +115,15 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
         "adjust": ["slower.yaml", *robot, "--measured-cycle", "4.3"],
         "pareto": ["cycle.yaml", *robot, "--csv", "pareto.csv"],
         "identify": ["log.csv", *robot, "--out", "identified.json"],
+        "cell": ["solve", "cell.yaml", "--out", "cell_plan.json", "--json"],
     }
     assert calls.keys() == COMMANDS.keys()
     results = {name: json.loads(installed.run("robojoule", name, *words).stdout) for name, words in calls.items()}
     assert [row["name"] for row in results["robots"]["robots"]] == list_robots()
     assert 0.0 < results["optimize"]["saving_percent"] < 40.0
     assert results["identify"]["held_out"]["rmse_percent"] < 5.0
-    written = {"positions.csv", "slower.yaml", "pareto.csv", "identified.json"}
-    assert {path.name for path in installed.folder.iterdir()} == {"cycle.yaml", "log.csv", *written}
+    written = {"positions.csv", "slower.yaml", "pareto.csv", "identified.json", "cell_plan.json"}
+    assert {path.name for path in installed.folder.iterdir()} == {"cycle.yaml", "log.csv", "cell.yaml", *written}
 
 
 def test_the_example_of_the_readme_works_in_an_empty_environment(installed: Installed):

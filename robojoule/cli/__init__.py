@@ -29,6 +29,7 @@ COMMANDS = {
     "adjust": "a plan made again from what a trial of it took on the machine",
     "pareto": "least energy over cycle time, and what a second of cycle time is worth",
     "identify": "drives and timing of a machine from a log of its motions or a table of its runs",
+    "cell": "plans of whole cells: several robots, hand-overs, shared space, power modes",
 }
 INTERRUPTED = 130  # exit code after Ctrl-C, as of shells
 

@@ -13,6 +13,8 @@ from robojoule.errors import InputError
 ABOUT = {
     "cycle.yaml": "a pick-and-place cycle as an operation tree",
     "positions.csv": "the moves of the same cycle as a table of joint positions",
+    "cell.yaml": "a cell of three robots, with hand-overs and shared space",
+    "plan_cell.py": "plans cell.yaml and shows what each robot saves by it",
     "save_energy.py": "plans cycle.yaml for a tenth more time and writes slower.yaml",
     "choose_cycle_time.py": "prints what longer cycle times of cycle.yaml save",
 }

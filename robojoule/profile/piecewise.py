@@ -85,6 +85,18 @@ class PiecewiseLinearProfile:
             raise ValueError(f"the profile is defined from {self.d_min_s:.9g} s to {self.d_max_s:.9g} s only")
         return np.asarray(np.interp(durations, self.durations_s, self.energies_j))
 
+    def marginal_power_w(self, durations_s: ArrayLike) -> Array:
+        """Slope at given durations, any shape; at a breakpoint that of the segment behind it. [W]"""
+        durations = np.asarray(durations_s, dtype=float)
+        if self.segments == 0:
+            return np.zeros_like(durations)
+        place = np.searchsorted(self.durations_s, durations, side="right") - 1
+        return np.asarray(self.slopes_w[np.clip(place, 0, self.segments - 1)])
+
+    def duration_at(self, power_w: float) -> float:
+        """Shortest duration from which on a convex profile rises by at least a power. [s]"""
+        return float(self.durations_s[np.searchsorted(self.slopes_w, power_w)])
+
     @cached_property
     def is_convex(self) -> bool:
         """Whether the profile is its own lower hull (up to numerical noise)."""

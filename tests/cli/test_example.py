@@ -69,6 +69,15 @@ def test_a_cycle_time_is_chosen(folder):
     assert int(last.split()[2]) <= min(energies)
 
 
+def test_a_cell_is_planned(folder):
+    first, *lines = script(folder, "plan_cell.py")
+    (cell,) = rj.load_cells(folder / "cell.yaml")
+    assert first.endswith("% above the optimum") and "16 s" in first
+    robots = [line.split(": ") for line in lines if not line.startswith(" ")]
+    assert [name for name, _ in robots] == [robot.name for robot in cell.robots]
+    assert sum(int(energy.removesuffix(" J")) for _, energy in robots) == pytest.approx(int(first.split()[0]), abs=2)
+
+
 def test_joint_positions_hold_the_moves_of_the_tree(folder):
     table, tree = (rj.load_program(folder / name) for name in ("positions.csv", "cycle.yaml"))
     assert (table.tree.configurations_rad() == tree.tree.configurations_rad()).all()

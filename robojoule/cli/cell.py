@@ -1,0 +1,219 @@
+"""`robojoule cell`: plans of whole cells, their check and drawings."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event, current_thread, main_thread
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from robojoule.cli._arguments import check_outputs, number, whole_number
+from robojoule.errors import InputError, RobojouleError
+from robojoule.inputs import shown
+
+if TYPE_CHECKING:
+    from robojoule.planning.cells.plan import CellPlan
+    from robojoule.planning.cells.solve import Progress
+    from robojoule.programs.cell import Cell
+
+_TOLD_EVERY_S = 1.0
+_STEPS_SHOWN = 400
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What to do with a cell, and the arguments of that."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    solve = actions.add_parser("solve", help="the plan with the least energy", description="The plan of least energy.")
+    check = actions.add_parser("check", help="whether a plan is feasible, and its energy", description="Check a plan.")
+    gantt = actions.add_parser("gantt", help="a drawing of a plan", description="Draw what each robot does in a cycle.")
+    for sub in (solve, check, gantt):
+        sub.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object")
+        sub.add_argument("cell", type=Path, metavar="FILE", help="cell file (YAML, JSON) or published benchmark (XML)")
+    solve.add_argument("--time-limit", type=number, default=60.0, metavar="S", help="of each cell [s] (default: 60)")
+    solve.add_argument(
+        "--gap", type=number, default=0.01, metavar="PERCENT", help="proven gap at which to end [%%] (default: 0.01)"
+    )
+    solve.add_argument("--threads", type=whole_number, default=1, metavar="N", help="of the solver (default: 1)")
+    solve.add_argument("--seed", type=whole_number, default=0, metavar="N", help="of random choices (default: 0)")
+    solve.add_argument("--instance", type=whole_number, metavar="N", help="only this cell of the file, counted from 0")
+    solve.add_argument("--out", type=Path, metavar="FILE", help="write the plans here (.json, .csv)")
+    solve.add_argument("--quiet", action="store_true", help="do not tell on standard error how far the search is")
+    for sub in (check, gantt):
+        sub.add_argument("plan", type=Path, metavar="PLAN", help="plans (.json, .csv), as `cell solve` writes them")
+    gantt.add_argument("--plot", type=Path, required=True, metavar="FILE", help="where to draw (.svg)")
+    gantt.add_argument("--cell", dest="name", metavar="NAME", help="which cell, if there are several plans")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Do what is asked for."""
+    return {"solve": _solve, "check": _check, "gantt": _gantt}[arguments.action](arguments)
+
+
+def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
+    from robojoule.formats.cell_plans import SUFFIXES, write_plans
+    from robojoule.formats.cells import load_cells
+    from robojoule.planning.cells.solve import solve_cell
+
+    check_outputs(arguments, ["cell"], {"out": SUFFIXES})
+    cells = load_cells(arguments.cell)
+    if arguments.instance is not None:
+        if not 0 <= arguments.instance < len(cells):
+            problem = f"the file holds {len(cells)} cells"
+            raise InputError(problem, key="--instance", allowed=f"0 to {len(cells) - 1}")
+        cells = (cells[arguments.instance],)
+    plans, results = [], []
+    with _interrupt() as stopped:
+        for cell in cells:
+            try:
+                plan = solve_cell(
+                    cell,
+                    time_limit_s=arguments.time_limit,
+                    gap_percent=arguments.gap,
+                    threads=arguments.threads,
+                    seed=arguments.seed,
+                    progress=None if arguments.quiet else _Told(),
+                    stop=stopped.is_set,
+                )
+            except RobojouleError as error:
+                if len(cells) == 1:
+                    raise
+                results.append({"cell": cell.name, "status": "failed", "message": str(error)})
+                continue
+            plans.append(plan)
+            results.append(plan.to_dict())
+            if stopped.is_set():
+                break
+    if arguments.out is not None:
+        write_plans(plans, arguments.out)
+    out = str(arguments.out) if arguments.out is not None else None
+    return {**(results[0] if len(cells) == 1 else {"instances": results}), "out": out}
+
+
+def _check(arguments: argparse.Namespace) -> dict[str, Any]:
+    from robojoule.planning.cells.check import check_plan
+
+    results = []
+    for cell, plan in _plans(arguments):
+        check = check_plan(cell, plan)
+        results.append(
+            {
+                "cell": plan.cell,
+                "feasible": check.feasible,
+                "energy_j": check.energy_j if math.isfinite(check.energy_j) else None,
+                "violations": list(check.violations),
+            }
+        )
+    return {"feasible": all(one["feasible"] for one in results), "plans": results}
+
+
+def _gantt(arguments: argparse.Namespace) -> dict[str, Any]:
+    from robojoule.documents import write_text
+    from robojoule.planning.cells.check import check_plan
+    from robojoule.plots.gantt import drawing_of
+
+    check_outputs(arguments, ["cell", "plan"], {"plot": [".svg"]})
+    pairs = [pair for pair in _plans(arguments) if arguments.name in (None, pair[0].name)]
+    if len(pairs) != 1:
+        problem = f"{len(pairs)} plans of the file are meant"
+        raise InputError(problem, file=arguments.plan, allowed="one, named by --cell where there are several")
+    cell, plan = pairs[0]
+    if (check := check_plan(cell, plan)).violations:
+        raise InputError(f"the plan is not feasible: {check.violations[0]}", file=arguments.plan)
+    write_text(arguments.plot, drawing_of(cell, plan))
+    return {"cell": cell.name, "plot": str(arguments.plot)}
+
+
+def _plans(arguments: argparse.Namespace) -> list[tuple[Cell, CellPlan]]:
+    """The plans of the file with their cells."""
+    from robojoule.formats.cell_plans import read_plans
+    from robojoule.formats.cells import load_cells
+
+    cells = {cell.name: cell for cell in load_cells(arguments.cell)}
+    plans = read_plans(arguments.plan)
+    for plan in plans:
+        if plan.cell not in cells:
+            raise InputError(
+                f"the plan is for cell {shown(plan.cell)}", file=arguments.plan, allowed=", ".join(list(cells)[:20])
+            )
+    return [(cells[plan.cell], plan) for plan in plans]
+
+
+class _Told:
+    """Tells on standard error how far a search is, about once a second."""
+
+    def __init__(self) -> None:
+        self._next = 0.0
+
+    def __call__(self, progress: Progress) -> None:
+        if monotonic() < self._next or sys.stderr is None:
+            return
+        self._next = monotonic() + _TOLD_EVERY_S
+        best = "no plan yet" if math.isinf(progress.energy_j) else f"{progress.energy_j:.1f} J"
+        gap = "" if math.isinf(progress.energy_j) else f", gap {progress.gap_percent:.3f} %"
+        text = f"{progress.cell}: {progress.runtime_s:6.1f} s  {best}, bound {progress.bound_j:.1f} J{gap}"
+        print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _interrupt() -> Iterator[Event]:
+    """Ctrl-C ends the search with its best plan; a second one ends the command."""
+    stopped = Event()
+    if current_thread() is not main_thread():
+        yield stopped
+        return
+
+    def note(*_: object) -> None:
+        if stopped.is_set():
+            raise KeyboardInterrupt
+        stopped.set()
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield stopped
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print plans, or what the check found."""
+    if "plot" in result:
+        print(f"written to {result['plot']}")
+        return
+    if "plans" in result:
+        for one in result["plans"]:
+            energy = "unknown energy" if one["energy_j"] is None else f"{one['energy_j']:.2f} J"
+            print(f"{one['cell']}: {'feasible' if one['feasible'] else 'not feasible'}, {energy}")
+            for violation in one["violations"]:
+                print(f"  {violation}")
+        return
+    for one in result.get("instances", [result]):
+        if "message" in one:
+            print(f"{one['cell']}: {one['message']}")
+            continue
+        print(
+            f"{one['cell']}: {one['status']}, {one['energy_j']:.2f} J per cycle of {one['cycle_time_s']:.4f} s, "
+            f"bound {one['bound_j']:.2f} J, gap {one['gap_percent']:.4f} %, {one['runtime_s']:.2f} s"
+        )
+        if "instances" not in result:
+            _show_steps(one["steps"])
+    if result["out"]:
+        print(f"written to {result['out']}")
+
+
+def _show_steps(steps: list[dict[str, Any]]) -> None:
+    """Print the activities as a table."""
+    width = max(len("robot"), *(len(step["robot"]) for step in steps))
+    print(f"{'robot':{width}}  activity  location or movement  mode  start [s]  duration [s]  energy [J]")
+    for step in steps[:_STEPS_SHOWN]:
+        print(
+            f"{step['robot']:{width}}  {step['activity']:>8}  {step['option']:>20}  {step['mode'] or '':>4}  "
+            f"{step['start_s']:9.4f}  {step['duration_s']:12.4f}  {step['energy_j']:10.1f}"
+        )
+    if len(steps) > _STEPS_SHOWN:
+        print(f"... and {len(steps) - _STEPS_SHOWN} more")

@@ -1,0 +1,129 @@
+"""Plans of cells as JSON and CSV files, for writing and reading."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from robojoule.documents import Document, parse, read_document, read_text, write_document, write_text
+from robojoule.errors import InputError
+from robojoule.inputs import number_of, shown
+from robojoule.planning.cells.plan import CellPlan, Step
+
+SUFFIXES = (".json", ".csv")
+_STEP = [one.name for one in fields(Step)]
+_COLUMNS = ["cell", "status", "cycle_time_s", "bound_j", "runtime_s", *_STEP]
+
+
+class _StepDocument(Document):
+    robot: str
+    activity: str
+    option: str
+    mode: str | None
+    start_s: float
+    duration_s: float
+    energy_j: float
+
+
+class _PlanDocument(Document):
+    cell: str
+    status: str
+    cycle_time_s: float
+    energy_j: float
+    bound_j: float
+    gap_percent: float
+    runtime_s: float
+    steps: tuple[_StepDocument, ...]
+
+
+class _PlansDocument(Document):
+    format: Literal["robojoule-cell-plans"]
+    version: Literal[1]
+    plans: tuple[_PlanDocument, ...]
+
+
+def write_plans(plans: Sequence[CellPlan], path: str | Path) -> None:
+    """Write plans as JSON or CSV (by suffix), atomically; a CSV file has a row for each activity.
+
+    Raises:
+        InputError: Another suffix, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        text = io.StringIO()
+        writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for plan in plans:
+            head = {name: getattr(plan, name) for name in _COLUMNS[: -len(_STEP)]}
+            writer.writerows({**head, **asdict(step)} for step in plan.steps)
+        write_text(path, text.getvalue())
+        return
+    _check_suffix(path)
+    write_document(path, {"format": "robojoule-cell-plans", "version": 1, "plans": [plan.to_dict() for plan in plans]})
+
+
+def read_plans(path: str | Path) -> tuple[CellPlan, ...]:
+    """Read plans from a JSON or CSV file; whether they are feasible is for `check_plan` to say.
+
+    Raises:
+        InputError: The file cannot be read, or does not hold plans.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        return _read_csv(path)
+    _check_suffix(path)
+    document = parse(_PlansDocument, read_document(path), path)
+    return tuple(
+        CellPlan(
+            plan.cell,
+            plan.cycle_time_s,
+            tuple(Step(**step.model_dump()) for step in plan.steps),
+            plan.status,
+            plan.bound_j,
+            plan.runtime_s,
+        )
+        for plan in document.plans
+    )
+
+
+def _check_suffix(path: Path) -> None:
+    if path.suffix.lower() != ".json":
+        raise InputError(f"unknown file type {shown(path.suffix)}", file=path, allowed=", ".join(SUFFIXES))
+
+
+def _read_csv(path: Path) -> tuple[CellPlan, ...]:
+    try:
+        reader = csv.DictReader(io.StringIO(read_text(path)), strict=True)
+        rows = [(reader.line_num, row) for row in reader]
+    except csv.Error as error:
+        raise InputError(f"the file is not CSV ({error})", file=path) from None
+    if not rows or reader.fieldnames is None or set(reader.fieldnames) != set(_COLUMNS):
+        raise InputError("this is not a table of plans", file=path, allowed=", ".join(_COLUMNS))
+    plans: dict[tuple[Any, ...], list[Step]] = {}
+    for line, row in rows:
+        if None in row or None in row.values():
+            raise InputError("the row has more or fewer cells than the header", file=path, key=f"line {line}")
+
+        def number(name: str, line: int = line, row: dict[str, str] = row) -> float:
+            try:
+                return number_of(row[name].strip())
+            except ValueError as error:
+                raise InputError(str(error), file=path, key=f"line {line}, column {name}") from None
+
+        head = (row["cell"], number("cycle_time_s"), row["status"], number("bound_j"), number("runtime_s"))
+        plans.setdefault(head, []).append(
+            Step(
+                row["robot"],
+                row["activity"],
+                row["option"],
+                row["mode"] or None,
+                number("start_s"),
+                number("duration_s"),
+                number("energy_j"),
+            )
+        )
+    return tuple(CellPlan(head[0], head[1], tuple(steps), *head[2:]) for head, steps in plans.items())

@@ -1,0 +1,1 @@
+"""Plans of cells: several robots, hand-overs, shared space, power modes."""

@@ -1,0 +1,112 @@
+"""Annealing over tours, poses, phases and waits of all robots: the start for cells that are too large for the model.
+
+State: a tour and a pose of each static activity, the start of each robot's cycle, and how the spare time of a cycle is
+shared among the stays. At a robot's price of time, movements last as long as is best at that price, so a tour costs a
+sum over its movements and its best poses come from a dynamic program. Time lags, poses of hand-overs and collisions are
+penalised, gently at first.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from robojoule.arrays import Array, Index, Mask
+from robojoule.planning.cells.annealing_kernel import HOT_J, anneal
+
+_WHOLE = (
+    *("robot", "last", "first", "location", "stay", "table", "table_origin", "arcs", "arc_origin", "move_dynamic"),
+    *("tail", "lags", "lag_row", "lag_list", "hands", "fits", "fit_origin", "hand_row", "hand_list"),
+    *("meetings", "meet_row", "meet_list"),
+)
+_FLOATING = (
+    *("cycle_time_s", "price_w", "move_cost_j", "move_time_s", "place_cost_j"),
+    *("stay_power_w", "stay_least_s", "stay_longest_s", "lag_length_s"),
+)
+
+
+class Problem(NamedTuple):
+    """What does not change: R robots, V static activities, L locations, S stays, T movements.
+
+    Lags hold, for both ends, the static activity and AT_START, AT_END, or the dynamic activity that must leave it.
+    Meetings hold activity and choice of both sides. `*_row` and `*_list` list for each robot what it takes part in.
+    """
+
+    cycle_time_s: float
+    robot: Index  # (V,)
+    last: Mask  # (V,) whether it ends the cycle
+    first: Index  # (R + 1,) static activities of each robot, which are numbered in a row
+    location: Index  # (V + 1,) first location of each static activity
+    stay: Index  # (L + 1,) first stay of each location
+    price_w: Array  # (R,)
+    table: Index  # movement between two locations of a robot, -1: none
+    table_origin: Index  # (R,)
+    arcs: Mask  # whether a dynamic activity joins two static ones of a robot
+    arc_origin: Index  # (R,)
+    move_cost_j: Array  # (T,) energy less price of the time, at the best duration
+    move_time_s: Array  # (T,)
+    move_dynamic: Index  # (T,)
+    tail: Index  # (E,) static activity before each dynamic one
+    place_cost_j: Array  # (L,) the same of the shortest stay
+    stay_power_w: Array  # (S,) by rising least duration
+    stay_least_s: Array
+    stay_longest_s: Array
+    lags: Index  # (G, 4)
+    lag_length_s: Array  # (G,) with the cycles taken off
+    lag_row: Index
+    lag_list: Index
+    hands: Index  # (H, 2)
+    fits: Mask
+    fit_origin: Index  # (H,)
+    hand_row: Index
+    hand_list: Index
+    meetings: Index  # (C, 4)
+    meet_row: Index
+    meet_list: Index
+
+
+class State(NamedTuple):
+    """What changes, and what follows from it."""
+
+    order: Index  # (V,) static activities, robot after robot, each tour ending with the last of the cycle
+    pose: Index  # (V,) location of each static activity
+    share: Array  # (V,) of the spare time of its robot
+    phase_s: Array  # (R,)
+    leaving: Index  # (V,) movement that leaves each static activity
+    begin_s: Array  # (V,) start since the start of the cycle
+    stay_s: Array  # (V,)
+
+
+def run(problem: Problem, state: State, iterations: int, seed: int, hot_j: float = HOT_J) -> float:
+    """Anneal a state in place to the best one that was met in the last part of the run; returns its cost. [J]
+
+    Where the run does not begin as hot as from a state at random, penalties are as they are at the end.
+    """
+    o, whole, floating = _packed(problem)
+    C = np.stack([state.order, state.pose, state.leaving]).astype(np.int64)
+    X = np.stack([state.share, state.begin_s, state.stay_s])
+    cost = float(anneal(o, whole, floating, C, X, state.phase_s, iterations, seed, hot_j))
+    for field, values in zip((state.order, state.pose, state.leaving), C, strict=True):
+        field[:] = values
+    for times, found in zip((state.share, state.begin_s, state.stay_s), X, strict=True):
+        times[:] = found
+    return cost
+
+
+def compile_kernel() -> None:
+    """Compile what `run` needs, or load it where it was compiled before; takes seconds, other threads go on."""
+    whole, rows, floating = np.zeros(40, dtype=np.int64), np.zeros((3, 1), dtype=np.int64), np.zeros((3, 1))
+    anneal(whole, whole, np.zeros(40), rows, floating, np.zeros(0), 0, 0, HOT_J)
+
+
+def _packed(p: Problem) -> tuple[Index, Array, Array]:
+    """Beginnings, whole numbers and floating numbers of a problem."""
+    begins: list[int] = []
+    arrays: list[Array] = []
+    for names, kind in ((_WHOLE, np.int64), (_FLOATING, np.float64)):
+        parts = [np.atleast_1d(np.asarray(getattr(p, name), dtype=kind)).ravel() for name in names]
+        begins += [0, *np.cumsum([part.size for part in parts])[:-1].tolist()]
+        arrays.append(np.concatenate(parts))
+    counts = [p.price_w.size, p.robot.size, p.place_cost_j.size, len(p.lags), len(p.hands), len(p.meetings)]
+    return np.array([*begins, *counts], dtype=np.int64), arrays[0], arrays[1]

@@ -1,0 +1,233 @@
+"""First plans of large cells: single robots for prices of time and tours, annealing, then the timing problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import monotonic
+
+import numpy as np
+
+from robojoule.arrays import Index, Mask
+from robojoule.errors import PlanningError
+from robojoule.planning.cells.annealing import Problem, State
+from robojoule.planning.cells.annealing import run as anneal
+from robojoule.planning.cells.annealing_kernel import AT_END, AT_START
+from robojoule.planning.cells.exact import ExactSearch, Found
+from robojoule.planning.cells.linear import Limits
+from robojoule.planning.cells.model import CellModel, Parts
+from robojoule.planning.cells.numbering import Numbering
+from robojoule.planning.cells.selection import Selection
+from robojoule.planning.cells.timing import Timing, best_times
+
+SLACK_W = 60.0  # price of a second by which a first plan is late
+LATE_S = 1e-6  # below: only rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Single:
+    """A robot planned alone.
+
+    Attributes:
+        found: Its plan, and the bound of its energy.
+        price_w: What a second of its cycle is worth. [W]
+    """
+
+    found: Found
+    price_w: float
+
+
+def plan_alone(numbers: Numbering, robot: int, limits: Limits, seconds: float) -> Single:
+    """Plan one robot without the others.
+
+    Args:
+        numbers: The cell.
+        robot: The robot.
+        limits: When to end in any case.
+        seconds: When to end if there is a plan by then. [s]
+    """
+    soft = monotonic() + seconds
+
+    def enough() -> bool:
+        late = monotonic() > soft and search.best.selection is not None
+        return late or (limits.stop is not None and limits.stop())
+
+    search = ExactSearch(CellModel(numbers, [robot]), replace(limits, stop=enough))
+    found = search.run()
+    if found.selection is None or found.timing is None:
+        return Single(found, search.prices_w.get(robot, 0.0))
+    t, d = found.selection.movements[robot], found.timing.times.moves_s[robot]
+    inside = (d > numbers.d_min_s[t] * (1 + 1e-6)) & (d < numbers.d_max_s[t] * (1 - 1e-6))
+    slopes = numbers.marginal_powers_w(t, d)[inside]
+    return Single(found, float(np.median(slopes)) if slopes.size else search.prices_w.get(robot, 0.0))
+
+
+class Annealer:
+    """Annealing of a cell at given prices of time.
+
+    Args:
+        numbers: The cell.
+        singles: Its robots planned alone; every one has a plan.
+    """
+
+    def __init__(self, numbers: Numbering, singles: Sequence[Single]) -> None:
+        self.numbers = numbers
+        self.singles = tuple(singles)
+        self.problem = self._problem()
+
+    def run(self, iterations: int, seed: int) -> Selection:
+        """Choices of the best state of one run."""
+        state = self._start(seed)
+        anneal(self.problem, state, iterations, seed)
+        return self._selection(state)
+
+    def rerun(self, selection: Selection, timing: Timing, iterations: int, seed: int, hot_j: float) -> Selection:
+        """Choices of the best state of a run that begins, less hot, with a plan."""
+        n, zeros = self.numbers, np.zeros(self.numbers.statics)
+        order, pose, share = [], np.zeros(n.statics, dtype=np.intp), np.full(n.statics, 1e-4)
+        for r in range(n.robots):
+            s = selection.stays[r]
+            order.append(n.stay_static[s])
+            pose[n.stay_static[s]] = n.stay_location[s]
+            shortest = n.stay_least_s[self.problem.stay[n.stay_location[s]]]
+            share[n.stay_static[s]] += np.maximum(timing.times.stays_s[r] - shortest, 0.0) / n.cycle_time_s
+        phases = np.array([timing.times.phases_s[r] for r in range(n.robots)])
+        leaving = np.full(n.statics, -1, dtype=np.intp)
+        state = State(np.concatenate(order), pose, share, phases, leaving, zeros, zeros.copy())
+        anneal(self.problem, state, iterations, seed, hot_j)
+        return self._selection(state)
+
+    def _problem(self) -> Problem:
+        n, R = self.numbers, self.numbers.robots
+        prices = np.array([single.price_w for single in self.singles])
+        by_move = prices[n.dynamic_robot[n.movement_dynamic]]
+        times = np.array([n.profiles[t].duration_at(by_move[t]) for t in range(n.movements)])
+        costs = n.energies_j(np.arange(n.movements), times) - by_move * times
+        first = np.searchsorted(n.static_robot, np.arange(R + 1))
+        location = np.searchsorted(n.location_static, np.arange(n.statics + 1))
+        stay = np.searchsorted(n.stay_location, np.arange(n.locations + 1))
+        # By rising least duration: the first stay of a location is its shortest (see `Numbering`).
+        shortest = stay[:-1]
+        place_price = prices[n.static_robot[n.location_static]]
+        place_cost = (n.stay_power_w[shortest] - place_price) * n.stay_least_s[shortest]
+        table: list[Index] = []
+        arcs: list[Mask] = []
+        for r in range(R):
+            low, width = int(location[first[r]]), int(location[first[r + 1]] - location[first[r]])
+            own = np.full((width, width), -1)
+            mine = np.flatnonzero(n.dynamic_robot[n.movement_dynamic] == r)
+            for t in mine[np.argsort(-costs[mine], kind="stable")]:  # of parallel movements the cheapest stays
+                own[n.movement_start[t] - low, n.movement_end[t] - low] = t
+            count = int(first[r + 1] - first[r])
+            joined = np.zeros((count, count), dtype=bool)
+            mine = np.flatnonzero(n.dynamic_robot == r)
+            joined[n.tail[mine] - first[r], n.head[mine] - first[r]] = True
+            table.append(own.ravel())
+            arcs.append(joined.ravel())
+        lags = [
+            (
+                lag.first,
+                _lag_end(lag.first_move, lag.every),
+                lag.second,
+                _lag_end(lag.second_move, lag.every),
+            )
+            for lag in n.lags
+        ]
+        lengths = [lag.length_s - n.cycle_time_s * lag.cycles for lag in n.lags]
+        fits: list[Mask] = []
+        for v, w, pairs in n.handovers:
+            fitting = np.zeros((location[v + 1] - location[v], location[w + 1] - location[w]), dtype=bool)
+            for a, b in pairs:
+                fitting[a - location[v], b - location[w]] = True
+            fits.append(fitting.ravel())
+        meetings = [(m.first, i, m.second, j) for m in n.meetings for i, j in m.choices]
+        robot = n.static_robot
+        return Problem(
+            n.cycle_time_s,
+            robot,
+            np.isin(np.arange(n.statics), n.last),
+            first,
+            location,
+            stay,
+            prices,
+            np.concatenate(table),
+            _origins(table),
+            np.concatenate(arcs),
+            _origins(arcs),
+            costs,
+            times,
+            n.movement_dynamic,
+            n.tail,
+            place_cost,
+            n.stay_power_w,
+            n.stay_least_s,
+            n.stay_longest_s,
+            _matrix(lags, 4),
+            np.array(lengths, dtype=float),
+            *_lists(R, [(robot[a], robot[b]) for a, _, b, _ in lags]),
+            _matrix([(v, w) for v, w, _ in n.handovers], 2),
+            np.concatenate(fits) if fits else np.zeros(0, dtype=bool),
+            _origins(fits),
+            *_lists(R, [(robot[v], robot[w]) for v, w, _ in n.handovers]),
+            _matrix(meetings, 4),
+            *_lists(R, [(n.robot_of(a), n.robot_of(b)) for a, _, b, _ in meetings]),
+        )
+
+    def _start(self, seed: int) -> State:
+        """Robots as planned alone, their cycles anywhere; spare time where they waited, a little everywhere."""
+        n, rng = self.numbers, np.random.default_rng(seed)
+        order, pose, share = [], np.zeros(n.statics, dtype=np.intp), np.full(n.statics, 0.02)
+        for r, single in enumerate(self.singles):
+            if single.found.selection is None or single.found.timing is None:
+                raise PlanningError("a robot has no plan of its own")
+            s = single.found.selection.stays[r]
+            order.append(n.stay_static[s])
+            pose[n.stay_static[s]] = n.stay_location[s]
+            share[n.stay_static[s]] += (single.found.timing.times.stays_s[r] - n.stay_least_s[s]) / n.cycle_time_s
+        zeros = np.zeros(n.statics)
+        phases = rng.uniform(0.0, n.cycle_time_s, n.robots)
+        return State(
+            np.concatenate(order), pose, share, phases, np.full(n.statics, -1, dtype=np.intp), zeros, zeros.copy()
+        )
+
+    def _selection(self, state: State) -> Selection:
+        """The choices of a state: of the stays at a location the cheapest that fits into the time."""
+        n, p = self.numbers, self.problem
+        movements, stays = {}, {}
+        for r in range(n.robots):
+            order = state.order[p.first[r] : p.first[r + 1]]
+            movements[r] = state.leaving[np.roll(order, 1)].copy()
+            chosen = []
+            for v in order:
+                options = n.stays_of[int(state.pose[v])]
+                fitting = options[n.stay_least_s[options] <= state.stay_s[v] + 1e-9]
+                chosen.append((fitting if fitting.size else options[:1])[-1])
+            stays[r] = np.array(chosen)
+        return Selection(movements, stays)
+
+
+def _lag_end(move: int, every: bool) -> int:
+    if move < 0:
+        return AT_START
+    return AT_END if every else move
+
+
+def _origins(parts: Sequence[Index | Mask]) -> Index:
+    """Where each part begins when they are put one behind the other."""
+    return np.array([0, *np.cumsum([part.size for part in parts])[:-1]], dtype=np.intp)
+
+
+def _matrix(rows: Sequence[Sequence[int]], width: int) -> Index:
+    return np.array(rows, dtype=np.intp).reshape(len(rows), width)
+
+
+def _lists(robots: int, pairs: Sequence[tuple[int, int]]) -> tuple[Index, Index]:
+    """For each robot the numbers of the pairs that it is in."""
+    own = [[number for number, pair in enumerate(pairs) if r in pair] for r in range(robots)]
+    rows = np.concatenate([[0], np.cumsum([len(one) for one in own])]).astype(np.intp)
+    return rows, np.array([number for one in own for number in one], dtype=np.intp)
+
+
+def timed(numbers: Numbering, selection: Selection, limits: Limits) -> Timing | None:
+    """The best times of the choices of an annealing run; `late_s` says how far they are from being feasible."""
+    return best_times(numbers, Parts.of(numbers), selection, limits, slack_w=SLACK_W, tolerance=1e-6)

@@ -1,0 +1,73 @@
+"""Why a cell has no plan, said in one sentence: which robot, or which time lags, need a longer cycle."""
+
+from __future__ import annotations
+
+from time import monotonic
+
+import numpy as np
+
+from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.planning.cells.linear import Limits
+from robojoule.planning.cells.model import CellModel
+from robojoule.planning.cells.numbering import Lag, Numbering
+
+_SECONDS = 10.0  # for the least cycle time of all robots together
+_SHOWN = 6
+TOO_SHORT_S = 1e-6  # by which a cycle time may be too short by rounding
+
+
+def explain(numbers: Numbering, limits: Limits) -> InputError:
+    """The reason why there is no plan.
+
+    Args:
+        numbers: A cell that a search has found to have none.
+        limits: Threads and seed of the solver.
+    """
+    cell = numbers.cell
+    slowest, least = "", 0.0
+    for r, robot in enumerate(cell.robots):
+        found = CellModel(numbers, [r], free_cycle_time=True).program.solve(_brief(limits))
+        if found.status == "infeasible":
+            return InputError("there is no closed tour through all static activities", key=f"robot {robot.name}")
+        if found.bound > least:
+            slowest, least = robot.name, found.bound
+    model = CellModel(numbers, free_cycle_time=True)
+    found = model.program.solve(_brief(limits))
+    if found.status == "infeasible":
+        loose = CellModel(numbers, free_cycle_time=True, without=("handovers",))
+        if loose.program.solve(_brief(limits)).status == "infeasible":
+            return InputError("the time lags contradict each other: no cycle time is long enough for them")
+        return InputError("the locations of the hand-overs cannot be chosen so that all of them fit")
+    if max(found.bound, least) > cell.cycle_time_s + TOO_SHORT_S:
+        if found.bound <= least + TOO_SHORT_S:
+            return CycleTimeTooShort(cell.cycle_time_s, least, forced=f"by robot {slowest}")
+        lags = _binding(model, limits)
+        return CycleTimeTooShort(
+            cell.cycle_time_s, found.bound, forced=f"by time lags between activities {lags}" if lags else ""
+        )
+    return InputError("the cell has no plan at this cycle time: collisions and time lags leave no room")
+
+
+def _brief(limits: Limits) -> Limits:
+    return Limits(until=monotonic() + _SECONDS, gap=1e-6, threads=limits.threads, seed=limits.seed)
+
+
+def _binding(model: CellModel, limits: Limits) -> str:
+    """Activities of the time lags that hold the cycle time up, for the choices of the least one."""
+    program = model.program
+    found = program.solve(_brief(limits))
+    if found.values is None:
+        return ""
+    whole = np.flatnonzero(program.integer)
+    fixed = program.solve(_brief(limits), relaxed=True, fixed=(whole, np.round(found.values[whole])))
+    if fixed.duals is None:
+        return ""
+    pairs = zip(model.lag_rows, model.parts.lags, strict=True)
+    names = [" and ".join(_names(model.numbers, lag)) for row, lag in pairs if abs(fixed.duals[row]) > 1e-7]
+    return ", ".join(names[:_SHOWN])
+
+
+def _names(numbers: Numbering, lag: Lag) -> tuple[str, str]:
+    ends = ((lag.first, lag.first_move), (lag.second, lag.second_move))
+    first, second = (numbers.static_names[v] if e < 0 else numbers.dynamic_names[e] for v, e in ends)
+    return first, second

@@ -1,0 +1,190 @@
+"""Search for cells that the model alone is too large for: anytime, from a first plan to better ones with a bound.
+
+1. Every robot alone: prices of time, tours to start from, and a bound, the sum of their bounds.
+2. Annealing from several seeds, longer and longer, each followed by the timing problem.
+3. Neighbourhoods of the best plan, until all are exhausted or the time is up; in between, the bound is sharpened robot
+   by robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from threading import Thread
+from time import monotonic
+
+import numpy as np
+
+from robojoule.errors import PlanningError, require_package
+from robojoule.planning.cells.annealing import compile_kernel
+from robojoule.planning.cells.constructive import LATE_S, Annealer, Single, plan_alone, timed
+from robojoule.planning.cells.exact import Found
+from robojoule.planning.cells.linear import INF, Limits
+from robojoule.planning.cells.neighbourhoods import SECONDS, Neighbourhood, Neighbourhoods
+from robojoule.planning.cells.numbering import Numbering
+from robojoule.planning.cells.selection import Selection
+from robojoule.planning.cells.timing import Timing
+from robojoule.programs.cell import Cell
+
+FEWEST_ITERATIONS, MOST_ITERATIONS = 20_000, 1_000_000
+ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
+BOUND_GAP = 1e-4  # of their last ones
+BOUND_S = 60.0
+SHARE_OF_ANNEALING = 0.3  # of the time, at most
+REHEAT_ITERATIONS, REHEAT_J = 400_000, (30.0, 10.0, 60.0, 100.0)
+LEAST_GAIN_J = 0.01
+MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
+
+
+@dataclass
+class LargeSearch:
+    """A search; `run` may be called once.
+
+    Attributes:
+        numbers: The cell.
+        limits: When to end; `gap` is that in true energy.
+        report: Is told the best energy and the bound whenever one of them changes.
+        executor: Runs seeds of the annealing beside each other; none: one after another.
+        workers: How many of them at once.
+    """
+
+    numbers: Numbering
+    limits: Limits
+    report: Callable[[Found], None] | None = None
+    executor: Executor | None = None
+    workers: int = 1
+    best: Found = field(init=False, default_factory=lambda: Found("unknown", None, None, 0.0))
+    bounds_j: dict[int, float] = field(init=False, default_factory=dict)
+
+    def run(self) -> Found:
+        """Search until the gap is reached, nothing more is known to be tried, or the time is up."""
+        require_package("numba", "cells", "a cell of this size")
+        began = monotonic()
+        compiling = Thread(target=compile_kernel, daemon=True)
+        compiling.start()
+        singles = []
+        for r in range(self.numbers.robots):
+            single = plan_alone(self.numbers, r, replace(self.limits, gap=ALONE_GAP), ALONE_S)
+            if single.found.status == "infeasible":
+                return replace(self.best, status="infeasible", bound_j=INF)
+            self.bounds_j[r] = single.found.bound_j
+            singles.append(single)
+        self._bounded()
+        compiling.join()
+        if all(single.found.selection is not None for single in singles):
+            annealer = Annealer(self.numbers, singles)
+            self._anneal(annealer, began)
+        if self.best.selection is not None:
+            self._improve(singles, annealer)
+        return replace(self.best, status=self._status())
+
+    def _anneal(self, annealer: Annealer, began: float) -> None:
+        """Runs from different seeds, doubled in length while none gave a plan, then while the time for them lasts."""
+        until = began + SHARE_OF_ANNEALING * (self.limits.until - began)
+        iterations, seed = FEWEST_ITERATIONS, self.limits.seed * 1000
+        while not self._done() and (self.best.selection is None or monotonic() < until):
+            for selection in self._runs(annealer, iterations, seed):
+                timing = timed(self.numbers, selection, self._within(10.0, 1e-3))
+                if timing is not None and timing.late_s <= LATE_S:
+                    self._better(selection, timing)
+                if self._done():
+                    break
+            seed += self.workers
+            iterations = min(2 * iterations, MOST_ITERATIONS)
+
+    def _runs(self, annealer: Annealer, iterations: int, seed: int) -> Iterable[Selection]:
+        seeds = range(seed, seed + self.workers)
+        if self.executor is None:
+            return (annealer.run(iterations, one) for one in seeds)
+        task = _Run(self.numbers.cell, annealer.singles, iterations)
+        return self.executor.map(task, seeds)
+
+    def _improve(self, singles: list[Single], annealer: Annealer) -> None:
+        """Neighbourhoods, with runs of annealing from the plan and bounds of single robots in between."""
+        near = Neighbourhoods(self.numbers)
+        rng, exhausted = np.random.default_rng(self.limits.seed), set[Neighbourhood]()
+        tasks = self._bounds(singles)
+        turn = 0
+        while not self._done():
+            turn += 1
+            around = near.draw(rng, exhausted)
+            selection, timing = self._plan()
+            if turn % 4 == 0 and next(tasks, None) is not None:
+                continue
+            if turn % 4 in (1, 2) or around is None:
+                if self._reheat(annealer, selection, timing, turn):
+                    exhausted.clear()
+                elif around is None and turn > MOST_TURNS:
+                    break
+                continue
+            found = near.search(around, selection, timing, self._within(SECONDS, 0.0))
+            if found is None:
+                exhausted.add(around)
+            else:
+                self._better(*found)
+                exhausted.clear()
+
+    def _reheat(self, annealer: Annealer, selection: Selection, timing: Timing, turn: int) -> bool:
+        """A run of annealing from the plan; whether it led to a better one."""
+        hot = REHEAT_J[turn // 2 % len(REHEAT_J)]
+        found = annealer.rerun(selection, timing, REHEAT_ITERATIONS, self.limits.seed * 1000 + turn, hot)
+        times = timed(self.numbers, found, self._within(10.0, 1e-3))
+        if times is None or times.late_s > LATE_S or times.energy_j >= timing.energy_j - LEAST_GAIN_J:
+            return False
+        self._better(found, times)
+        return True
+
+    def _bounds(self, singles: list[Single]) -> Iterator[int]:
+        """Sharpen the bounds of the robots, the loosest first."""
+        gaps = {r: single.found.energy_j - single.found.bound_j for r, single in enumerate(singles)}
+        for r in sorted(gaps, key=lambda r: -gaps[r]):
+            single = plan_alone(self.numbers, r, replace(self.limits, gap=BOUND_GAP), BOUND_S)
+            self.bounds_j[r] = max(self.bounds_j[r], single.found.bound_j)
+            self._bounded()
+            yield r
+
+    def _plan(self) -> tuple[Selection, Timing]:
+        if self.best.selection is None or self.best.timing is None:
+            raise PlanningError("there is no plan to start from")
+        return self.best.selection, self.best.timing
+
+    def _within(self, seconds: float, gap: float) -> Limits:
+        return replace(self.limits, until=min(monotonic() + seconds, self.limits.until), gap=gap)
+
+    def _done(self) -> bool:
+        stopped = self.limits.stop is not None and self.limits.stop()
+        return stopped or monotonic() > self.limits.until or self._status() == "optimal"
+
+    def _status(self) -> str:
+        if self.best.timing is None:
+            return "unknown"
+        close = self.best.energy_j - self.best.bound_j <= self.limits.gap * self.best.energy_j
+        return "optimal" if close else "feasible"
+
+    def _better(self, selection: Selection, timing: Timing) -> None:
+        if timing.energy_j < self.best.energy_j:
+            self.best = replace(self.best, selection=selection, timing=timing)
+            self._tell()
+
+    def _bounded(self) -> None:
+        bound = sum(self.bounds_j.values())
+        if bound > self.best.bound_j:
+            self.best = replace(self.best, bound_j=bound)
+            self._tell()
+
+    def _tell(self) -> None:
+        if self.report is not None:
+            self.report(self.best)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One annealing run as a task for another process."""
+
+    cell: Cell
+    singles: tuple[Single, ...]
+    iterations: int
+
+    def __call__(self, seed: int) -> Selection:
+        return Annealer(Numbering(self.cell), self.singles).run(self.iterations, seed)

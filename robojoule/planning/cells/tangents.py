@@ -1,0 +1,22 @@
+"""Where tangents are put so that few of them lie close below a convex energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robojoule.arrays import Array, Index
+from robojoule.planning.cells.numbering import Numbering
+
+
+def spread_durations_s(numbers: Numbering, movements: Index, count: int) -> list[Array]:
+    """Durations for `count` tangents of each movement, each of shape (number of movements,). [s]
+
+    Between two tangents the error of E = a / d grows with the square root of its curvature, that is with d^(-3/2), so
+    equal steps of d^(-1/2) share it equally; the same steps serve other convex energies well enough.
+    """
+    low, high = numbers.d_max_s[movements] ** -0.5, numbers.d_min_s[movements] ** -0.5
+    shares = (np.arange(count) + 0.5) / count
+    return [
+        np.clip((low + share * (high - low)) ** -2.0, numbers.d_min_s[movements], numbers.d_max_s[movements])
+        for share in shares
+    ]

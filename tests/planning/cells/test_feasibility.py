@@ -1,0 +1,72 @@
+"""Cells without a plan: the error says which robot or which lags, and the least cycle time."""
+
+from dataclasses import replace
+
+import pytest
+
+from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
+from robojoule.planning.cells.solve import solve_cell
+from robojoule.programs.cell import Handover, TimeLag
+from tests.planning.cells.cases import two_robots
+
+
+def refusal(cell):
+    with pytest.raises(InputError) as raised:
+        solve_cell(cell)
+    return raised.value
+
+
+def test_the_slowest_robot_is_named():
+    """A needs 0.5 + 0.6 + 0.4 s of standing and 0.8 + 0.9 + 0.7 s, or 0.6 + 0.9 + 0.9 s, of moving: 3.9 s."""
+    error = refusal(two_robots(3.5))
+    assert isinstance(error, CycleTimeTooShort)
+    assert error.minimum_s == pytest.approx(3.9, abs=1e-6)
+    assert "forced by robot A" in str(error)
+
+
+def test_the_least_cycle_time_has_a_plan():
+    assert solve_cell(two_robots(3.9 + 1e-4)).cycle_time_s < 3.91
+
+
+def test_the_lags_are_named():
+    """b1 may start 1 s after a1's start one cycle before, and a1 8 s after b1 ends: at least 1 + 8 + 1 s around."""
+    cell = replace(two_robots(9.0), lags=(TimeLag("a1", "b1", 1.0, 1), TimeLag("b1>b0", "a1", 8.0, 0)))
+    error = refusal(cell)
+    assert isinstance(error, CycleTimeTooShort)
+    assert error.minimum_s == pytest.approx(10.0, abs=1e-6)
+    assert "a1 and b1" in str(error) and "b1>b0 and a1" in str(error)
+    assert solve_cell(replace(cell, cycle_time_s=10.001)).status == "optimal"
+
+
+def test_lags_that_contradict_each_other_are_told():
+    cell = replace(two_robots(), lags=(TimeLag("a1", "b1", 1.0, 0), TimeLag("b1", "a1", 1.0, 0)))
+    assert "contradict each other" in str(refusal(cell))
+
+
+def test_hand_overs_without_a_pair_are_told():
+    cell = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
+    assert "hand-overs" in str(refusal(cell))
+
+
+def test_a_search_without_time_says_that_it_found_nothing():
+    from tests.planning.cells.cases import generated
+
+    with pytest.raises(PlanningError, match="no plan of cell 'generated_4_0' was found"):
+        solve_cell(generated(4, 0, (10, 12)), time_limit_s=0.01, stop=lambda: True)
+
+
+@pytest.mark.parametrize(
+    ("given", "problem"),
+    [({"time_limit_s": 0.0}, "time_limit"), ({"gap_percent": -1.0}, "gap"), ({"threads": 0}, "threads")],
+)
+def test_settings_out_of_range_are_refused(given, problem):
+    with pytest.raises(InputError, match=problem):
+        solve_cell(two_robots(), **given)
+
+
+def test_progress_is_told_and_never_worse():
+    seen = []
+    plan = solve_cell(two_robots(), progress=seen.append)
+    energies, bounds = [one.energy_j for one in seen], [one.bound_j for one in seen]
+    assert energies == sorted(energies, reverse=True) and bounds == sorted(bounds)
+    assert energies[-1] == pytest.approx(plan.energy_j) and seen[-1].gap_percent <= 0.01

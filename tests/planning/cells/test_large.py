@@ -1,0 +1,136 @@
+"""The search for large cells, on cells that the exact one solves: feasible, near the optimum, repeatable."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from time import monotonic
+
+import numpy as np
+import pytest
+
+from robojoule.planning.cells.annealing import run
+from robojoule.planning.cells.check import check_plan
+from robojoule.planning.cells.constructive import LATE_S, Annealer, plan_alone, timed
+from robojoule.planning.cells.large import LargeSearch
+from robojoule.planning.cells.linear import Limits
+from robojoule.planning.cells.model import CellModel, Parts
+from robojoule.planning.cells.neighbourhoods import Neighbourhood, Neighbourhoods
+from robojoule.planning.cells.numbering import Numbering
+from robojoule.planning.cells.selection import is_whole, plan_of
+from robojoule.planning.cells.solve import solve_cell
+from robojoule.planning.cells.tangents import spread_durations_s
+from robojoule.planning.cells.timing import best_times
+from tests.planning.cells.cases import generated, two_robots
+
+pytest.importorskip("numba")
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return generated(3, 0, (4, 7))
+
+
+@pytest.fixture(scope="module")
+def numbers(cell):
+    return Numbering(cell)
+
+
+@pytest.fixture(scope="module")
+def best(cell):
+    return solve_cell(cell, time_limit_s=120)
+
+
+@pytest.fixture(scope="module")
+def annealer(numbers):
+    return Annealer(numbers, [plan_alone(numbers, r, Limits(gap=0.01), 10.0) for r in range(numbers.robots)])
+
+
+def test_robots_alone_bound_the_cell(annealer, best):
+    assert sum(single.found.bound_j for single in annealer.singles) <= best.energy_j
+
+
+def test_annealing_gives_closed_tours_that_are_nearly_optimal(annealer, numbers, best):
+    energies = []
+    for seed in range(6):
+        selection = annealer.run(20_000, seed)
+        assert is_whole(numbers, selection)
+        timing = timed(numbers, selection, Limits(gap=1e-4))
+        if timing is not None and timing.late_s <= LATE_S:
+            plan = plan_of(numbers, selection, timing.times, "feasible", 0.0, 0.0)
+            assert check_plan(numbers.cell, plan).violations == ()
+            energies.append(timing.energy_j)
+    assert energies and min(energies) < 1.03 * best.energy_j
+
+
+def test_equal_seeds_give_equal_choices(annealer):
+    assert annealer.run(5000, 7).key == annealer.run(5000, 7).key
+    assert len({annealer.run(50, seed).key for seed in range(5)}) > 1
+
+
+def test_the_cost_of_annealing_is_energy_less_the_price_of_the_cycle(annealer, numbers):
+    """Without penalties: what the kernel sums must be the energy of the plan at its own durations."""
+    free = replace(numbers.cell, lags=(), handovers=(), collisions=())
+    alone = Annealer(Numbering(free), annealer.singles)
+    state = alone._start(3)
+    cost = run(alone.problem, state, 20_000, 3)
+    p = alone.problem
+    energy = sum(numbers.energies_j(state.leaving, p.move_time_s[state.leaving]))
+    for v in range(numbers.statics):
+        stays = numbers.stays_of[int(state.pose[v])]
+        fitting = stays[numbers.stay_least_s[stays] <= state.stay_s[v] + 1e-12]
+        energy += numbers.stay_power_w[fitting].min() * state.stay_s[v]
+    assert cost == pytest.approx(energy - p.price_w.sum() * p.cycle_time_s, rel=1e-6)
+    for r in range(numbers.robots):
+        own = numbers.static_robot == r
+        total = p.move_time_s[state.leaving[own]].sum() + state.stay_s[own].sum()
+        assert total == pytest.approx(p.cycle_time_s)
+
+
+def test_neighbourhoods_lead_to_the_optimum_of_a_small_cell(annealer, numbers, best):
+    selections = [annealer.run(20_000, seed) for seed in range(6)]
+    timings = [timed(numbers, one, Limits(gap=1e-4)) for one in selections]
+    start = max(
+        ((s, t) for s, t in zip(selections, timings, strict=True) if t is not None and t.late_s <= LATE_S),
+        key=lambda pair: pair[1].energy_j,
+    )
+    near = Neighbourhoods(numbers)
+    everyone = frozenset(range(numbers.robots))
+    found = near.search(Neighbourhood(everyone, everyone), *start, Limits(until=monotonic() + 60)) or start
+    assert found[1].energy_j == pytest.approx(best.energy_j, rel=3e-3)
+    held = Neighbourhood(frozenset(), frozenset())
+    assert near.search(held, *found, Limits(until=monotonic() + 60)) is None
+
+
+def test_a_plan_is_a_solution_of_the_model(annealer, numbers):
+    """Values to start a search from satisfy every row: held at them, the model has the plan's energy."""
+    selection = annealer.run(20_000, 1)
+    timing = best_times(numbers, Parts.of(numbers), selection, Limits(gap=1e-4))
+    if timing is None:
+        pytest.fail("the choices of this seed have no times")
+    model = CellModel(numbers)
+    for at in spread_durations_s(numbers, model.movements, 60):
+        model.add_tangents(model.movements, at)
+    values = model.values_of(selection, timing)
+    whole = np.flatnonzero(model.program.integer)
+    found = model.program.solve(Limits(), relaxed=True, fixed=(whole, values[whole]))
+    assert found.objective == pytest.approx(timing.energy_j, rel=5e-4)
+
+
+def test_the_whole_search_ends_near_the_optimum(numbers, best):
+    told = []
+    found = LargeSearch(numbers, Limits(until=monotonic() + 30, gap=0.02), told.append).run()
+    assert found.energy_j <= 1.03 * best.energy_j
+    assert found.bound_j <= best.energy_j
+    assert [one.energy_j for one in told] == sorted((one.energy_j for one in told), reverse=True)
+
+
+def test_seeds_run_beside_each_other():
+    numbers = Numbering(two_robots())
+    with ThreadPoolExecutor(2) as executor:
+        found = LargeSearch(numbers, Limits(until=monotonic() + 20, gap=0.05), executor=executor, workers=2).run()
+    assert found.status == "optimal"
+
+
+def test_a_stop_ends_it_at_once():
+    begun = monotonic()
+    LargeSearch(Numbering(two_robots()), Limits(until=monotonic() + 100, stop=lambda: True)).run()
+    assert monotonic() - begun < 60
