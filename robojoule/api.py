@@ -18,11 +18,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
+from robojoule.checks import (
+    SLOWEST_PERCENT,
+    checked_batch,
+    checked_robot,
+    checked_runs,
+    model_program,
+    moving_batch,
+    with_timing,
+)
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import LONGEST_S, as_number, shown
+from robojoule.inputs import LONGEST_S, as_number
 from robojoule.planning.adjustment import adjusted
-from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
@@ -30,9 +38,8 @@ from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
-from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD, EnergyProfile, simulated_profile
-from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.tree_check import in_model_angles, robot_warnings
+from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -43,9 +50,6 @@ if TYPE_CHECKING:
     from robojoule.calibration.timing import TimingIdentification
     from robojoule.planning.cells.plan import CellPlan
     from robojoule.programs.cell import Cell
-
-SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
-_LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
 
 
 class _Result(Protocol):
@@ -146,15 +150,15 @@ def optimize(
         PlanningError: The solver failed.
     """
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, _in_model_angles(program, robot)
+    as_given, program = program, model_program(program, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if allow_faster else None
-    batch = _moving(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
+    batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
     wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
-    known = None if runs is None else _checked_runs(runs, program)
+    known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
-        batch = _with_timing(batch, known)
+        batch = with_timing(batch, known)
     batch = guard.bounded(batch)
     if known is None or source == "simulated":
         plan = planned(program, batch, at_full_speed, wish)
@@ -201,9 +205,9 @@ def adjust(
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, _in_model_angles(program, robot)
+    as_given, program = program, model_program(program, robot)
     full_speed = program.tree.without_plan(full_speed=True)
-    batch = guard.bounded(_moving(program, guard.bearing(robot), full_speed))
+    batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
     asked = cycle_time
     if asked is None:
         if runs is not None:
@@ -212,7 +216,7 @@ def adjust(
     source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
     wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
     if runs is not None:
-        plan = planned_on_runs(program, batch, _checked_runs(runs, program), wish)
+        plan = planned_on_runs(program, batch, checked_runs(runs, program), wish)
     else:
         measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
         plan = adjusted(program, batch, full_speed, measured_s, wish)
@@ -230,8 +234,8 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = _in_model_angles(program, robot)
-    return simulate_trees(_batch(program, robot), [[program.tree]])[0][0]
+    program = model_program(program, robot)
+    return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
 
 
 @_finite
@@ -259,13 +263,13 @@ def pareto(
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
-    as_given, program = program, _in_model_angles(program, robot)
+    as_given, program = program, model_program(program, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
-    batch = _moving(program, robot, faster, slowest_speed_limit_percent)
+    batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    found = trade_off(batch, source, None if runs is None else _checked_runs(runs, program), cautious=cautious)
+    found = trade_off(batch, source, None if runs is None else checked_runs(runs, program), cautious=cautious)
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
@@ -285,7 +289,7 @@ def energy_profile(
     Raises:
         InputError: A configuration does not fit the robot, or there is no motion.
     """
-    robot = _checked_robot(robot)
+    robot = checked_robot(robot)
     first, last = (
         robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if degrees else q, where)
         for q, where in ((start, "start"), (end, "end"))
@@ -326,7 +330,7 @@ def identify(
     from robojoule.calibration.log_motions import log_timing
     from robojoule.calibration.signals import WINDOW_S
 
-    robot = _checked_robot(robot)
+    robot = checked_robot(robot)
     if torque_constants is not None:
         check_torque_constants(torque_constants, robot)
     if not isinstance(log, MeasuredLog):
@@ -364,7 +368,7 @@ def identify_friction(
     from robojoule.calibration import friction
     from robojoule.calibration.log import MeasuredLog, read_log
 
-    robot = _checked_robot(robot)
+    robot = checked_robot(robot)
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants, power_needed=False)
     return friction.identify_friction(log, robot, smoothing_s)
@@ -384,61 +388,6 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     """
     from robojoule.calibration import timing
 
-    program = _in_model_angles(program, robot)
-    batch = _moving(program, robot)
-    return timing.identify_timing(batch.paths, _checked_runs(runs, program))
-
-
-def _checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
-    """Measured runs of a program's moves."""
-    from robojoule.calibration.run_table import MeasuredRuns, read_runs
-
-    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
-
-
-def _with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
-    """The same motions by the controller that runs show."""
-    from robojoule.calibration.timing import identify_timing
-
-    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
-    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
-
-
-def _batch(
-    program: Program, robot: Robot, tree: OperationTree | None = None, slowest_percent: float = SLOWEST_PERCENT
-) -> TreeBatch:
-    """Motions and optimisation graph of a program, or of a tree of the same targets, checked against its robot."""
-    key = "slowest_speed_limit_percent"
-    slowest = as_number(slowest_percent, key, least=_LEAST_PERCENT, most=100.0, unit="%") / 100.0
-    _checked_program(program).check(_checked_robot(robot))
-    return TreeBatch(robot, [tree or program.tree], slowest)
-
-
-def _moving(
-    program: Program, robot: Robot, tree: OperationTree | None = None, slowest_percent: float = SLOWEST_PERCENT
-) -> TreeBatch:
-    """The same of a program that has something to plan."""
-    batch = _batch(program, robot, tree, slowest_percent)
-    if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
-        raise InputError("there is no motion: all positions of the program are the same", file=program.path)
-    return batch
-
-
-def _in_model_angles(program: Program, robot: Robot) -> Program:
-    """The program in angles of the robot's model, checked where it is in others."""
-    if _checked_program(program).angles == "model":
-        return program
-    program.check(_checked_robot(robot))
-    return replace(program, tree=in_model_angles(program.tree, robot))
-
-
-def _checked_program(program: Program) -> Program:
-    if not isinstance(program, Program):
-        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
-    return program
-
-
-def _checked_robot(robot: Robot) -> Robot:
-    if not isinstance(robot, Robot):
-        raise InputError(f"{shown(robot)} is not a robot", key="robot", allowed="what load_robot returns")
-    return robot
+    program = model_program(program, robot)
+    batch = moving_batch(program, robot)
+    return timing.identify_timing(batch.paths, checked_runs(runs, program))

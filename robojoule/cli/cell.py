@@ -56,8 +56,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
-    from robojoule.formats.cell_plans import SUFFIXES, write_plans
     from robojoule.formats.cells import load_cells
+    from robojoule.planning.cells.plan_files import SUFFIXES, write_plans
     from robojoule.planning.cells.solve import solve_cell
 
     check_outputs(arguments, ["cell"], {"out": SUFFIXES})
@@ -131,8 +131,8 @@ def _gantt(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _plans(arguments: argparse.Namespace) -> list[tuple[Cell, CellPlan]]:
     """The plans of the file with their cells."""
-    from robojoule.formats.cell_plans import read_plans
     from robojoule.formats.cells import load_cells
+    from robojoule.planning.cells.plan_files import read_plans
 
     cells = {cell.name: cell for cell in load_cells(arguments.cell)}
     plans = read_plans(arguments.plan)

