@@ -5,9 +5,10 @@ import sys
 
 import pytest
 
-from benchmarks import commands, table
+from benchmarks import cells, commands, table
 from benchmarks.measure import interleaved, ratio, rounded, run
 from benchmarks.scale import motions_per_s
+from tests.planning.cells.cases import two_robots
 
 
 def test_the_page_shows_the_recorded_results():
@@ -78,3 +79,16 @@ def test_a_rate_counts_from_the_first_shard_of_every_worker():
     ends = [9.0, 9.5, 11.0, 11.5, 13.5]
     log = "\n".join(f"| shard {k}: {k + 1} of 5 after {end} s" for k, end in enumerate(ends))
     assert motions_per_s(log, 1000, 2) == pytest.approx(3 * 1000 / 4.0)
+
+
+def test_savings_of_cells_are_against_full_speed():
+    """More power modes never cost, speeds save on top of them; the plan itself is what the savings say."""
+    cell = two_robots()
+    found = cells.savings(cell, 30.0)
+    assert found["full_speed_brakes_j"] <= found["full_speed_j"]
+    assert 0.0 <= found["modes_percent"] <= found["speeds_2_modes_percent"]
+    assert found["speeds_1_modes_percent"] <= found["speeds_2_modes_percent"]
+    planned = cells.result(cell, 30.0, 1, 0)
+    assert planned["feasible"] and planned["status"] == "optimal"
+    share = 100.0 * (1.0 - planned["energy_j"] / found["full_speed_j"])
+    assert share == pytest.approx(found["speeds_2_modes_percent"], abs=0.02)

@@ -36,6 +36,9 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
     if found.status == "infeasible":
         loose = CellModel(numbers, free_cycle_time=True, without=("handovers",))
         if loose.program.solve(_brief(limits)).status == "infeasible":
+            apart = CellModel(numbers, free_cycle_time=True, without=("handovers", "lags"))
+            if apart.program.solve(_brief(limits)).status == "infeasible":
+                return InputError("the longest durations leave the robots no common cycle time")
             return InputError("the time lags contradict each other: no cycle time is long enough for them")
         return InputError("the locations of the hand-overs cannot be chosen so that all of them fit")
     if max(found.bound, least) > cell.cycle_time_s + TOO_SHORT_S:

@@ -32,7 +32,7 @@ ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
 BOUND_S = 60.0
 SHARE_OF_ANNEALING = 0.3  # of the time, at most
-REHEAT_ITERATIONS, REHEAT_J = 400_000, (30.0, 10.0, 60.0, 100.0)
+REHEAT_ITERATIONS, REHEAT_J = 1_000_000, (100.0, 60.0)
 LEAST_GAIN_J = 0.01
 MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
 

@@ -119,6 +119,8 @@ class CellModel:
         self.parts = Parts.of(numbers, robots)
         if "handovers" in without:
             self.parts = replace(self.parts, handovers=())
+        if "lags" in without:
+            self.parts = replace(self.parts, lags=())
         self.free_cycle_time = free_cycle_time
         self.program = LinearModel()
         in_parts = np.isin(np.arange(numbers.robots), list(self.parts.robots))

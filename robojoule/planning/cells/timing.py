@@ -13,6 +13,7 @@ and few pairs collide in a given selection.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from time import monotonic
 
 import numpy as np
 
@@ -199,7 +200,8 @@ class _Problem:
                 best = timing
             missing = n.energies_j(self.t, at) - model
             wanted = np.flatnonzero(missing > tolerance * max(best.energy_j, 1.0) / (2.0 * self.t.size))
-            if not wanted.size or missing.sum() <= tolerance * best.energy_j:
+            late = monotonic() > limits.until  # a plan is there: it may be a little less than polished
+            if late or not wanted.size or missing.sum() <= tolerance * best.energy_j:
                 break
             self._add(program, wanted, at[wanted])
             self.added.append((wanted, at[wanted]))

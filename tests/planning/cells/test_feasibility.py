@@ -43,6 +43,15 @@ def test_lags_that_contradict_each_other_are_told():
     assert "contradict each other" in str(refusal(cell))
 
 
+def test_robots_that_never_take_equally_long_are_told():
+    cell = two_robots()
+    short = tuple(replace(one, longest_s=max(one.least_s, 1.0)) for one in cell.robots[1].static)
+    robots = (cell.robots[0], replace(cell.robots[1], static=short))
+    slow = tuple(replace(one, least_s=20.0) if one.name == "a0" else one for one in cell.robots[0].static)
+    robots = (replace(cell.robots[0], static=slow), robots[1])
+    assert "no common cycle time" in str(refusal(replace(cell, robots=robots, handovers=(), collisions=())))
+
+
 def test_hand_overs_without_a_pair_are_told():
     cell = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
     assert "hand-overs" in str(refusal(cell))
