@@ -36,7 +36,8 @@ def test_figures_of_the_drives_give_the_laws_of_the_drives(paths):
     assert learnt.simulate(SPEED_LIMITS).energy_j == pytest.approx(paths.simulate(SPEED_LIMITS).energy_j, rel=1e-8)
     assert learnt.fastest_speed_limits() == pytest.approx(paths.fastest_speed_limits(), rel=1e-8)
     wanted = paths.durations([0.3])[:, 0]
-    assert learnt.speed_limits_for_durations(wanted) == pytest.approx(paths.speed_limits_for_durations(wanted))
+    found = learnt.speed_limits_for_durations(wanted)  # one of many where a motion has no length
+    assert paths.durations(found[:, None])[:, 0] == pytest.approx(wanted, rel=1e-6)
 
 
 def test_one_joint_takes_its_length_over_velocity_plus_ramp_filter_and_dead_time(paths):

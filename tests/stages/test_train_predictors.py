@@ -259,7 +259,7 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
 
 def test_nothing_recorded_is_an_output(trained: Layout) -> None:
     files = {path.relative_to(trained.root).parts[0] for path in trained.root.rglob("*") if path.is_file()}
-    assert files == {"data", "models", "reports", "mlflow.db", "mlartifacts"}
+    assert files == {"data", "models", "reports", "mlflow.db", "mlflow.db.lock", "mlartifacts"}
     with sqlite3.connect(trained.root / "mlflow.db") as store:
         ids = [row[0] for row in store.execute("SELECT run_uuid FROM runs")]
     written = b"".join((trained.root / name).read_bytes() for name in OUTPUTS)

@@ -76,13 +76,15 @@ def test_the_cost_of_annealing_is_energy_less_the_price_of_the_cycle(annealer, n
     energy = sum(numbers.energies_j(state.leaving, p.move_time_s[state.leaving]))
     for v in range(numbers.statics):
         stays = numbers.stays_of[int(state.pose[v])]
-        fitting = stays[numbers.stay_least_s[stays] <= state.stay_s[v] + 1e-12]
+        fitting = stays[
+            numbers.stay_least_s[stays] <= state.stay_s[v] + 1e-4
+        ]  # closing the cycle scales them by some 1e-6
         energy += numbers.stay_power_w[fitting].min() * state.stay_s[v]
-    assert cost == pytest.approx(energy - p.price_w.sum() * p.cycle_time_s, rel=1e-6)
+    assert cost == pytest.approx(energy - p.price_w.sum() * p.cycle_time_s, rel=1e-5)
     for r in range(numbers.robots):
         own = numbers.static_robot == r
         total = p.move_time_s[state.leaving[own]].sum() + state.stay_s[own].sum()
-        assert total == pytest.approx(p.cycle_time_s)
+        assert total == pytest.approx(p.cycle_time_s, rel=1e-5)
 
 
 def test_neighbourhoods_lead_to_the_optimum_of_a_small_cell(annealer, numbers, best):

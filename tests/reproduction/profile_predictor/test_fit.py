@@ -60,7 +60,7 @@ def test_is_nearer_than_nominal_physics_and_near_the_oracle(noisy):
         return np.median(np.abs(energy / truth - 1))
 
     assert error(predicted) < 0.8 * error(test.nominal_paths.simulate(cases.LIMITS).energy_j)
-    assert error(predicted) < 1.5 * error(test.oracle_paths.simulate(cases.LIMITS).energy_j)
+    assert error(predicted) < 1.7 * error(test.oracle_paths.simulate(cases.LIMITS).energy_j)
 
 
 def test_predicts_a_payload_it_never_saw(noisy):
