@@ -6,7 +6,7 @@ import argparse
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
@@ -132,6 +132,19 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
         metavar="PERCENT",
         help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
     )
+
+
+def wishes_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What `optimize` and `adjust` are both asked for, by the names of the library's arguments."""
+    return {
+        "cycle_time": arguments.cycle_time,
+        "speed_step": arguments.speed_step,
+        "reserve": arguments.reserve,
+        "runs": arguments.runs,
+        "cautious": arguments.cautious,
+        "peak_power_w": arguments.peak_power,
+        "allow_overload_percent": arguments.allow_overload,
+    }
 
 
 def robot_of(arguments: argparse.Namespace, program: Program | None = None) -> Robot:

@@ -15,6 +15,7 @@ from robojoule.cli._arguments import (
     number,
     program_of,
     robot_of,
+    wishes_of,
 )
 from robojoule.cli.optimize import show
 
@@ -53,13 +54,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         program,
         robot_of(arguments, program),
         measured_cycle=arguments.measured_cycle,
-        runs=arguments.runs,
-        cycle_time=arguments.cycle_time,
-        speed_step=arguments.speed_step,
-        reserve=arguments.reserve,
-        cautious=arguments.cautious,
-        peak_power_w=arguments.peak_power,
-        allow_overload_percent=arguments.allow_overload,
+        **wishes_of(arguments),
     )
     if arguments.out is not None:
         plan.save(arguments.out)

@@ -17,6 +17,7 @@ from robojoule.cli._arguments import (
     number,
     program_of,
     robot_of,
+    wishes_of,
 )
 from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
 
@@ -64,16 +65,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     plan = optimize(
         program,
         robot_of(arguments, program),
-        cycle_time=arguments.cycle_time,
         allow_faster=arguments.allow_faster,
-        speed_step=arguments.speed_step,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        peak_power_w=arguments.peak_power,
-        allow_overload_percent=arguments.allow_overload,
-        reserve=arguments.reserve,
         profiles=arguments.profiles,
-        runs=arguments.runs,
-        cautious=arguments.cautious,
+        **wishes_of(arguments),
     )
     if arguments.out is not None:
         plan.save(arguments.out)
