@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from lark import Token, Tree
 
-from robojoule.errors import InputError
-from robojoule.formats.vendor.krl.expressions import Variables, arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, Line, Node, Routine, within
+from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave, short
+from robojoule.formats.vendor.krl.syntax import Line, Node, Routine
 from robojoule.formats.vendor.krl.targets import Frames, blend_of, speed_of, target_of
 from robojoule.formats.vendor.text import Span
-from robojoule.formats.vendor.trace import CycleStart, Event, Load, Motion, Note, PoseTarget, Unknown, Wait
+from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
-MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 AXES = 6
-# Routines of the controller that move nothing.
-HARMLESS = {"SET_CD_PARAMS", "USE_CM_PRO_VALUES", "MSGNOTIFY", "MSGSTATE", "MSGQUIT", "PULSE", "ANIN", "CLEAR_KRLMSG"}
-HARMLESS |= {"CWRITE", "SWRITE", "LOAD_DATA", "SET_OPSTATE", "USERLOG", "RDOUT", "VARSTATE", "INITMSG"}
-
-
-class _Leave(Exception):
-    """The end of a loop or a routine, found within it."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
 
 
 @dataclass
@@ -47,24 +36,20 @@ class Setting:
     data: set[Number] = field(default_factory=set)
 
 
-class Machine:
+class Machine(Flow):
     """Executes routines and collects events."""
 
     def __init__(self, routines: list[Routine], data: list[Line], frames: Frames) -> None:
+        super().__init__()
         self.routines = {routine.name: routine for routine in routines}
-        self.variables = Variables()
         self.frames = frames
-        self.events: list[Event] = []
-        self.notes: dict[tuple[int, str], Note] = {}
         self.settings: dict[int, Setting] = {}
-        self.steps = 0
         self.continues = False
-        self.in_cycle = False
         self.calls: list[str] = []
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
         for line in data:
             if line.kind in ("declaration", "assignment"):
-                self._step(line)
+                self.step(line)
             elif line.code and line.tree is None:
                 continue
 
@@ -72,27 +57,13 @@ class Machine:
         """Run a routine from its beginning."""
         self.calls.append(routine.name)
         try:
-            self._body(routine.body)
-        except _Leave:
+            self.run_body(routine.body)
+        except Leave:
             pass
         finally:
             self.calls.pop()
 
-    def note(self, line: Line, text: str) -> None:
-        """Report something about a line, once."""
-        self.notes.setdefault((line.number, text), Note(line.number, text))
-
-    def _body(self, body: list[Line | Block]) -> None:
-        for one in body:
-            self.steps += 1
-            if self.steps > MOST_STEPS:
-                raise InputError(f"the program does not end within {MOST_STEPS} steps", key=f"line {_number(one)}")
-            if isinstance(one, Block):
-                self._block(one)
-            else:
-                self._step(one)
-
-    def _step(self, line: Line) -> None:
+    def step(self, line: Line) -> None:
         """One line that opens no block."""
         tree = line.tree
         if tree is None:
@@ -111,24 +82,21 @@ class Machine:
         elif line.kind == "call_line":
             self._call(line, tree)
         elif line.kind == "exit":
-            raise _Leave("loop")
+            raise Leave("loop")
         elif line.kind == "return_":
-            raise _Leave("routine")
+            raise Leave("routine")
         elif line.kind == "halt":
             self.events.append(Wait(line.code_start, line.number, None, "HALT"))
         elif line.kind == "goto":
-            self._unknown(line, "GOTO is not followed")
-            raise _Leave("routine")
+            self.unknown(line, "GOTO is not followed")
+            raise Leave("routine")
 
     def _not_understood(self, line: Line) -> None:
         word = line.code.split("(")[0].split()[0].upper()
         if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
-            self._unknown(line, f"the motion is not understood: {_short(line.code)}")
+            self.unknown(line, f"the motion is not understood: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
-            self.note(line, f"not understood and kept: {_short(line.code)}")
-
-    def _unknown(self, line: Line, what: str) -> None:
-        self.events.append(Unknown(line.number, what))
+            self.note(line, f"not understood and kept: {short(line.code)}")
 
     # Motions
 
@@ -211,14 +179,14 @@ class Machine:
                     line.code_start,
                     line.number,
                     None if seconds is None else max(seconds, 0.0),
-                    _short(line.code),
+                    short(line.code),
                     added=added,
                     value=value.origin if isinstance(value, Number) and added else None,
                     whole=Span(line.start, line.end, line.file) if added else None,
                 )
             )
         else:
-            self.events.append(Wait(line.code_start, line.number, None, _short(line.code)))
+            self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
 
     # Variables
 
@@ -237,9 +205,9 @@ class Machine:
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
             self.frames.define(root, self.variables.values[root])
         elif root == "$LOAD" or root.startswith("$LOAD."):
-            self.events.append(Load(line.number, None, _short(line.code)))
+            self.events.append(Load(line.number, None, short(line.code)))
         elif root.startswith(("$OUT", "$ANOUT")) and not continues:
-            self.events.append(Wait(line.code_start, line.number, 0.0, _short(line.code)))
+            self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
     def _frame(self, root: str, expression: Node | Token, value: Value, line: Line) -> None:
         path = (
@@ -271,14 +239,14 @@ class Machine:
             self._bas(line, nodes)
         elif name in self.routines:
             if name in self.calls:
-                self._unknown(line, f"{name} calls itself")
+                self.unknown(line, f"{name} calls itself")
                 return
             routine = self.routines[name]
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
         elif name not in HARMLESS:
-            self._unknown(line, f"{name}() is not in this file, it may move the robot")
+            self.unknown(line, f"{name}() is not in this file, it may move the robot")
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""
@@ -286,12 +254,12 @@ class Machine:
         value = value_of(nodes[1], line, self.variables) if len(nodes) > 1 else UNKNOWN
         data, frame = (self.variables.values.get(name) for name in ("PDAT_ACT", "FDAT_ACT"))
         if word == "#INITMOV":
-            self._set_speed(Number(100.0))
+            self.set_speed(Number(100.0))
             self.frames.reset()
         elif word in ("#VEL_PTP", "#PTP_PARAMS"):
-            self._set_speed(value)
+            self.set_speed(value)
         elif word == "#PTP_DAT":
-            self._set_speed(data.get("VEL", UNKNOWN) if isinstance(data, Mapping) else UNKNOWN)
+            self.set_speed(data.get("VEL", UNKNOWN) if isinstance(data, Mapping) else UNKNOWN)
         if word in ("#PTP_PARAMS", "#PTP_DAT", "#CP_PARAMS", "#CP_DAT"):
             acting = data if "PTP" in word else self.variables.values.get("LDAT_ACT")
             distance = acting.get("APO_DIST", UNKNOWN) if isinstance(acting, Mapping) else UNKNOWN
@@ -305,141 +273,7 @@ class Machine:
         elif word == "#BASE":
             self.frames.set_base(value)
 
-    def _set_speed(self, value: Value) -> None:
+    def set_speed(self, value: Value) -> None:
+        """See `Flow`."""
         for axis in range(1, AXES + 1):
             self.variables.values[f"$VEL_AXIS[{axis}]"] = value
-
-    # Blocks
-
-    def _block(self, block: Block) -> None:
-        kind = block.head.kind
-        rule: Callable[[Block], None] = getattr(self, f"_{kind.rstrip('_')}_block")
-        rule(block)
-
-    def _condition(self, line: Line) -> Value:
-        assert line.tree is not None
-        return value_of(line.tree.children[0], line, self.variables)
-
-    def _if_block(self, block: Block) -> None:
-        condition = self._condition(block.head)
-        if condition is True:
-            self._body(block.body)
-        elif condition is False:
-            for _, body in block.parts:
-                self._body(body)
-        else:
-            self._skip(block)
-
-    def _switch_block(self, block: Block) -> None:
-        value = self._condition(block.head)
-        known = value if isinstance(value, str) else number(value)
-        if known is None:
-            self._skip(block)
-            return
-        for line, body in block.parts:
-            assert line.tree is not None
-            cases = [value_of(one, line, self.variables) for one in line.tree.children]
-            if line.kind == "default" or known in [one if isinstance(one, str) else number(one) for one in cases]:
-                self._body(body)
-                return
-
-    def _for_block(self, block: Block) -> None:
-        line = block.head
-        assert line.tree is not None
-        target, *rest = line.tree.children
-        assert isinstance(target, Tree)
-        bounds = [number(value_of(one, line, self.variables)) for one in rest]
-        path = path_of(target, line, self.variables)
-        if path is None or None in bounds:
-            self._skip(block)
-            return
-        first, last, *steps = [bound for bound in bounds if bound is not None]
-        step = steps[0] if steps else 1.0
-        if step == 0.0:
-            self._skip(block)
-            return
-        value = first
-        while (value <= last) if step > 0.0 else (value >= last):
-            self.variables.set(path, Number(value, None, value.is_integer()))
-            if not self._pass(block):
-                return
-            value += step
-
-    def _while_block(self, block: Block) -> None:
-        condition = self._condition(block.head)
-        if condition is True and isinstance(block.head.tree, Tree) and block.head.tree.children[0].data == "true":  # type: ignore[union-attr]
-            self._loop_block(block)
-            return
-        while condition is True:
-            if not self._pass(block):
-                return
-            condition = self._condition(block.head)
-        if condition is not False:
-            self._skip(block)
-
-    def _repeat_block(self, block: Block) -> None:
-        if block.foot is None:
-            self._skip(block)
-            return
-        while True:
-            if not self._pass(block):
-                return
-            condition = self._condition(block.foot)
-            if condition is True:
-                return
-            if condition is not False:
-                self._unknown(block.foot, f"how often the loop runs is not known: {_short(block.foot.code)}")
-                return
-
-    def _loop_block(self, block: Block) -> None:
-        """A loop without end: one pass of it is the cycle."""
-        if self.in_cycle:
-            self._skip(block)
-            return
-        self.in_cycle = True
-        self.events.append(CycleStart(block.head.number))
-        self._pass(block)
-        raise _Leave("program")
-
-    def _spline_block(self, block: Block) -> None:
-        self._body(block.body)
-
-    def _pass(self, block: Block) -> bool:
-        """Run a loop's body once; false: it has left the loop."""
-        self.steps += 1
-        try:
-            self._body(block.body)
-        except _Leave as leave:
-            if leave.what != "loop":
-                raise
-            return False
-        return True
-
-    def _skip(self, block: Block) -> None:
-        """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves = False
-        for line in within([block]):
-            if line.tree is None:
-                continue
-            if line.kind == "assignment":
-                self.variables.forget(root_of(line.tree.children[0]))  # type: ignore[arg-type]
-            elif line.kind == "call_line":
-                name = str(line.tree.children[0]).upper()
-                moves |= name not in HARMLESS and name != "BAS"
-                if name == "BAS":
-                    self._set_speed(UNKNOWN)
-            moves |= line.kind in ("motion", "goto", "exit", "return_")
-        text = _short(block.head.code)
-        if moves:
-            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
-        else:
-            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
-
-
-def _number(one: Line | Block) -> int:
-    return one.head.number if isinstance(one, Block) else one.number
-
-
-def _short(code: str) -> str:
-    text = " ".join(code.split())
-    return text if len(text) <= 60 else f"{text[:57]}..."
