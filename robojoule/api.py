@@ -21,6 +21,7 @@ from robojoule.checks import (
     checked_batch,
     checked_robot,
     checked_runs,
+    known_program,
     model_program,
     moving_batch,
     with_timing,
@@ -101,7 +102,8 @@ def optimize(
         PlanningError: The solver failed.
     """
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if allow_faster else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
@@ -156,7 +158,8 @@ def adjust(
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
     asked = cycle_time
@@ -185,7 +188,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = model_program(program, robot)
+    program = model_program(known_program(program, robot), robot)
     return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
 
 
@@ -214,7 +217,8 @@ def pareto(
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
