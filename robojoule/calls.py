@@ -1,0 +1,64 @@
+"""What all calls of the library have in common: results are finite, and one name may serve programs and cells."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
+
+import numpy as np
+
+from robojoule.errors import InputError
+
+if TYPE_CHECKING:
+    from robojoule.planning.cells.plan import CellPlan
+    from robojoule.programs.cell import Cell
+
+
+class _Result(Protocol):
+    def to_dict(self) -> dict[str, Any]: ...
+
+
+Asked = ParamSpec("Asked")
+Found = TypeVar("Found", bound=_Result)
+Given = TypeVar("Given", bound=_Result, covariant=True)
+
+
+def finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
+    """Refuse figures of robots and programs, each within its bounds, that together give results beyond all bounds."""
+
+    @wraps(call)
+    def checked(*args: Asked.args, **named: Asked.kwargs) -> Found:
+        with np.errstate(all="ignore"):
+            result = call(*args, **named)
+        try:
+            json.dumps(result.to_dict(), allow_nan=False)
+        except ValueError:
+            raise InputError("the result is not finite: a figure of the robot is beyond all bounds") from None
+        return result
+
+    return checked
+
+
+class _Optimize(Protocol[Asked, Given]):
+    @overload
+    def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
+    @overload
+    def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
+
+
+def also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
+    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
+
+    @wraps(call)
+    def either(*args: Any, **named: Any) -> Any:
+        cells = sys.modules.get("robojoule.programs.cell")  # without it nobody can have made a cell
+        if cells is not None and args and isinstance(args[0], cells.Cell):
+            from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
+
+            return solve_cell(*args, **named)
+        return call(*args, **named)
+
+    return either
