@@ -48,7 +48,9 @@ if TYPE_CHECKING:
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
     from robojoule.calibration.timing import TimingIdentification
+    from robojoule.formats.robot_cell import RobotCell
     from robojoule.planning.cells.plan import CellPlan
+    from robojoule.planning.robot_cells.plan import RobotCellPlan
     from robojoule.programs.cell import Cell
 
 
@@ -81,11 +83,15 @@ class _Optimize(Protocol[Asked, Given]):
     @overload
     def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
     @overload
+    def __call__(self, cell: RobotCell, /, **settings: Any) -> RobotCellPlan: ...
+    @overload
+    def __call__(self, cell: Cell | RobotCell, /, **settings: Any) -> CellPlan | RobotCellPlan: ...
+    @overload
     def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
 
 
 def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
-    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
+    """Let a cell be planned by the same name; its settings are those of `solve_cell`, or of `plan_robot_cell`."""
 
     @wraps(call)
     def either(*args: Any, **named: Any) -> Any:
@@ -94,6 +100,11 @@ def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
             from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
 
             return solve_cell(*args, **named)
+        robot_cells = sys.modules.get("robojoule.formats.robot_cell")
+        if robot_cells is not None and args and isinstance(args[0], robot_cells.RobotCell):
+            from robojoule.planning.robot_cells.solve import plan_robot_cell  # late: likewise
+
+            return plan_robot_cell(*args, **named)
         return call(*args, **named)
 
     return either
@@ -123,7 +134,8 @@ def optimize(
     cycle time stays as it is.
 
     A `Cell` may be given instead of program and robot: `optimize(cell, time_limit_s=60)`, with the settings of
-    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`.
+    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`. A `RobotCell`, robots with their programs, gives
+    a `RobotCellPlan`, see `robojoule.planning.robot_cells.solve.plan_robot_cell`.
 
     Args:
         program: What the robot does in a cycle.
