@@ -71,7 +71,7 @@ class Program:
         Raises:
             InputError: Neither of the two is named.
         """
-        if angles not in ANGLES:
+        if not isinstance(angles, str) or angles not in ANGLES:
             raise InputError(f"unknown angles {shown(angles)}", key="angles", allowed=", ".join(ANGLES))
         return replace(self, tree=self.tree.model_copy(update={"angles": angles}))
 
