@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, program_of, robot_of
+from robojoule.cli._arguments import add_program, add_robot, program_and_robot_of
 from robojoule.cli._output import show_head, show_loads, show_moves
 
 
@@ -20,11 +20,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.api import simulate
     from robojoule.planning.cycle_run import cycle_warnings
     from robojoule.planning.path_checks import collision_warnings
+    from robojoule.planning.section_plans import has_sections, section_programs, section_warning
     from robojoule.programs.tree_check import in_model_angles, robot_warnings
 
-    program = program_of(arguments)
-    robot = robot_of(arguments, program)
+    program, robot = program_and_robot_of(arguments)
     cycle = simulate(program, robot)
+    sections = section_programs(program)
     return {
         "program": program.name,
         "robot": robot.name,
@@ -32,9 +33,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         **cycle.to_dict(),
         "warnings": [
             *robot_warnings(program.tree, robot),
-            *collision_warnings(in_model_angles(program.tree, robot), robot),
+            *(text for one in sections for text in collision_warnings(in_model_angles(one.tree, robot), robot)),
             *cycle_warnings(program.tree, cycle),
+            *([section_warning(program, len(sections))] if has_sections(program) else []),
         ],
+        "notes": list(program.notes),
     }
 
 

@@ -122,7 +122,7 @@ class _Resolver:
         self._begin(None, 0)
 
     def _begin(self, start: Position | None, line: int) -> None:
-        """The cycle begins here: what came before is no part of it."""
+        """The cycle begins here; what came before happens once."""
         self.start, self.start_line = start, line
         self.operations: list[MoveOperation | WaitOperation | UnknownOperation] = []
         self.lines: list[int] = []
