@@ -82,7 +82,8 @@ def optimize(
     cycle time stays as it is.
 
     A `Cell` may be given instead of program and robot: `optimize(cell, time_limit_s=60)`, with the settings of
-    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`.
+    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`. A `RobotCell`, robots with their programs, gives
+    a `RobotCellPlan`, see `robojoule.planning.robot_cells.solve.plan_robot_cell`.
 
     Args:
         program: What the robot does in a cycle.

@@ -16,8 +16,10 @@ from robojoule.planning.section_plans import has_sections, plan_in_sections
 
 if TYPE_CHECKING:
     from robojoule.formats.program import Program
+    from robojoule.formats.robot_cell import RobotCell
     from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.plan import Plan
+    from robojoule.planning.robot_cells.plan import RobotCellPlan
     from robojoule.programs.cell import Cell
 
 
@@ -72,11 +74,15 @@ class _Optimize(Protocol[Asked, Given]):
     @overload
     def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
     @overload
+    def __call__(self, cell: RobotCell, /, **settings: Any) -> RobotCellPlan: ...
+    @overload
+    def __call__(self, cell: Cell | RobotCell, /, **settings: Any) -> CellPlan | RobotCellPlan: ...
+    @overload
     def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
 
 
 def also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
-    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
+    """Let a cell be planned by the same name; its settings are those of `solve_cell`, or of `plan_robot_cell`."""
 
     @wraps(call)
     def either(*args: Any, **named: Any) -> Any:
@@ -85,6 +91,11 @@ def also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
             from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
 
             return solve_cell(*args, **named)
+        robot_cells = sys.modules.get("robojoule.formats.robot_cell")
+        if robot_cells is not None and args and isinstance(args[0], robot_cells.RobotCell):
+            from robojoule.planning.robot_cells.solve import plan_robot_cell  # late: likewise
+
+            return plan_robot_cell(*args, **named)
         return call(*args, **named)
 
     return either

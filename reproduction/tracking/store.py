@@ -11,7 +11,7 @@ import logging
 import os
 import subprocess
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from reproduction.layout import Layout
+from reproduction.settings import apply_settings
+from robojoule.documents import atomic_path, reason
+from robojoule.errors import InputError, RobojouleError
 
 EXPERIMENT = "robojoule"
 
@@ -60,27 +63,91 @@ def config_hash(params: BaseModel) -> str:
 
 
 def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
-    """MLflow, set to record in an experiment of the project's store; both are made if there are none."""
-    mlflow = _mlflow()
-    with _alone(layout):
-        mlflow.set_tracking_uri(store_uri(layout))
-        mlflow.set_registry_uri(store_uri(layout))
+    """MLflow, set to record in an experiment of the project's store; both are made if there are none.
+
+    Where `MLFLOW_TRACKING_URI` names a server, that is the store. Called before a training starts, so that a store
+    which cannot be used does not cost it.
+
+    Raises:
+        InputError: The store or the server cannot be used.
+    """
+    mlflow = open_store(layout)
+    uri = store_uri(layout)
+    mlflow.set_tracking_uri(uri)
+    mlflow.set_registry_uri(uri)
+    with _said(uri):
         if mlflow.get_experiment_by_name(experiment) is None:
-            mlflow.create_experiment(experiment, artifact_location=layout.mlflow_artifacts.as_uri())
+            place = None if uri.startswith("http") else layout.mlflow_artifacts.as_uri()
+            with suppress(mlflow.exceptions.MlflowException):  # another training made it at the same moment
+                mlflow.create_experiment(experiment, artifact_location=place)
         mlflow.set_experiment(experiment)
     return mlflow
 
 
+def open_store(layout: Layout) -> Any:
+    """MLflow, once its store is there and is found to work.
+
+    A new store is made beside its name and renamed when its tables are complete: MLflow breaks one for good that
+    several processes make at the same moment, or whose making is killed.
+
+    Raises:
+        InputError: The store or the server cannot be used.
+    """
+    mlflow = _mlflow()
+    if "MLFLOW_TRACKING_URI" in os.environ:
+        return mlflow
+    from mlflow.store.tracking.sqlalchemy_store import SqlAlchemyStore
+
+    def tables(path: Path) -> None:
+        opened = SqlAlchemyStore(f"sqlite:///{path}", layout.mlflow_artifacts.as_uri())
+        opened.engine.dispose()
+
+    store = layout.mlflow_store
+    with _alone(store), _said(f"sqlite:///{store}"):
+        if not store.exists():
+            with atomic_path(store) as path:
+                tables(path)
+        else:
+            tables(store)
+    return mlflow
+
+
 @contextmanager
-def _alone(layout: Layout) -> Iterator[None]:
-    """One process at a time: MLflow breaks a store that two first trainings make at the same instant."""
+def _said(uri: str) -> Iterator[None]:
+    """Whatever MLflow, SQLAlchemy or SQLite find wrong with a store, as one sentence with the mend."""
     try:
-        import fcntl
-    except ImportError:  # Windows: trainings that start together are for the user to avoid
         yield
-        return
-    with layout.mlflow_store.with_name(f"{layout.mlflow_store.name}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # freed when the file is closed, also by a process that is killed
+    except RobojouleError:
+        raise
+    except Exception as error:  # each of the three has kinds of its own
+        words = " ".join(str(error).split())
+        if "out-of-date database schema" in words:
+            raise InputError(
+                "the store of MLflow is of an older version", file=uri, allowed=f"it after `mlflow db upgrade {uri}`"
+            ) from None
+        mend = (
+            "a running server, or MLFLOW_TRACKING_URI unset"
+            if uri.startswith("http")
+            else "a store that works, or none: move it away, and a new one is made"
+        )
+        raise InputError(f"the record of MLflow cannot be used ({words[:120]})", file=uri, allowed=mend) from None
+
+
+@contextmanager
+def _alone(store: Path) -> Iterator[None]:
+    """One process at a time."""
+    try:
+        store.parent.mkdir(parents=True, exist_ok=True)
+        lock = store.with_name(f"{store.name}.lock").open("w")
+    except OSError as error:
+        raise InputError(f"the folder of MLflow's store cannot be written ({reason(error)})", file=store) from None
+    with lock:
+        try:
+            import fcntl
+        except ImportError:  # Windows: trainings that start together are for the user to avoid
+            pass
+        else:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # freed when the file is closed, also by a process that is killed
         yield
 
 
@@ -96,8 +163,8 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     Returns:
         The run, or None if this store has none.
     """
-    if not layout.mlflow_store.exists():  # a look must not create a store
-        return None
+    if "MLFLOW_TRACKING_URI" not in os.environ and not layout.mlflow_store.exists():
+        return None  # a look must not create a store
     client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
     experiment = client.get_experiment_by_name(EXPERIMENT)
     if experiment is None:
@@ -117,13 +184,14 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
 
 def store_uri(layout: Layout) -> str:
-    """Address of the store."""
-    return f"sqlite:///{layout.mlflow_store}"
+    """Address of the store: the server that the environment names, or the project's file."""
+    return os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{layout.mlflow_store}"
 
 
 def _mlflow() -> Any:
     """MLflow, imported only where something is recorded or looked up, because that takes some 10 s."""
-    os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
+    apply_settings()
+    os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "2")  # a stopped server is told of at once
     os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
     os.environ.setdefault("MLFLOW_UV_AUTO_DETECT", "false")  # a model needs the few packages named with it
     import mlflow

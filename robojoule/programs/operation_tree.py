@@ -173,6 +173,16 @@ class UnknownOperation(Document):
     def _degrees(cls, data: Any) -> Any:
         return from_degrees(data, "target", optional=True)
 
+    @property
+    def duration_s(self) -> float:
+        """Nobody knows how long it takes.
+
+        Raises:
+            InputError: Always: what needs the figure cannot be done with the whole cycle.
+        """
+        problem = f"nobody knows how long operation '{self.name}' takes"
+        raise InputError(problem, allowed="a program whose operations all have their durations")
+
 
 class CompoundOperation(Document):
     """A named group of operations, executed in order; it moves nothing itself."""
