@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,8 @@ from robojoule.inputs import as_path, number_of, shown
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
+    from robojoule.formats.vendor.trace import Beside
+    from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
 
@@ -24,9 +27,29 @@ _MOST_DIGITS = 10
 def add_program(parser: argparse.ArgumentParser) -> None:
     """Add the program."""
     parser.add_argument(
-        "program", type=Path, metavar="PROGRAM", help="operation tree (YAML, JSON) or joint positions (CSV)"
+        "program",
+        type=Path,
+        metavar="PROGRAM",
+        help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
     )
-    add_angles(parser, "as the file says, else model")
+    add_angles(parser, "as the file says, else model; of the pendant in a robot's own language")
+    frame = "X,Y,Z[,RX,RY,RZ] in mm and degrees, turned about the fixed axes x, y, z"
+    parser.add_argument(
+        "--tool", type=numbers, metavar="FRAME", help=f"tool on the flange, where the program does not say it: {frame}"
+    )
+    parser.add_argument(
+        "--base", type=numbers, metavar="FRAME", help="base (user frame), where the program does not say it, likewise"
+    )
+    parser.add_argument(
+        "--wait",
+        action="append",
+        default=[],
+        metavar="LINE=S",
+        help="how long the program waits in a line for something that comes [s]; may be repeated",
+    )
+    parser.add_argument(
+        "--controller-data", metavar="FILE", help="tools, bases, payloads and waits in one file (YAML, JSON)"
+    )
 
 
 def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
@@ -38,12 +61,35 @@ def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
     )
 
 
-def program_of(arguments: argparse.Namespace) -> Program:
-    """The program that the arguments name, its angles taken as they say."""
+def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]:
+    """The program that the arguments name, as the robot executes it that they name, too."""
     from robojoule.formats.program import load_program
 
-    program = load_program(arguments.program)
-    return program if arguments.angles is None else program.counted_as(arguments.angles)
+    program = load_program(arguments.program, beside=_beside_of(arguments))
+    if arguments.angles is not None:
+        program = program.counted_as(arguments.angles)
+    robot = robot_of(arguments, program)
+    return program.for_robot(robot), robot
+
+
+def _beside_of(arguments: argparse.Namespace) -> Beside:
+    """What is given beside a program's file; options overrule the file of the controller's data."""
+    from robojoule.formats.vendor.controller_data import frame, read_controller_data, wait_of
+    from robojoule.formats.vendor.trace import Beside
+
+    beside = Beside() if arguments.controller_data is None else read_controller_data(arguments.controller_data)
+    frames: dict[str, Placement | None] = {"tool": None, "base": None}
+    for name in frames:
+        if (given := getattr(arguments, name)) is not None:
+            try:
+                frames[name] = frame(*given)
+            except InputError as error:
+                raise InputError(error.problem, key=f"--{name}", allowed=error.allowed) from None
+    try:
+        waits = dict(wait_of(text) for text in arguments.wait)
+    except InputError as error:
+        raise InputError(error.problem, key="--wait", allowed=error.allowed) from None
+    return replace(beside, waits_s={**beside.waits_s, **waits}, tool=frames["tool"], base=frames["base"])
 
 
 def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:
@@ -155,6 +201,13 @@ def operation_of(arguments: argparse.Namespace) -> Operation:
         country=arguments.country,
         price_per_kwh=arguments.price,
         co2_g_per_kwh=arguments.co2,
+    )
+
+
+def add_diff(parser: argparse.ArgumentParser) -> None:
+    """Add --diff."""
+    parser.add_argument(
+        "--diff", action="store_true", help="show what changes in the program's files, as a unified diff"
     )
 
 

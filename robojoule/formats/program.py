@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robojoule.documents import check_output
+from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
 from robojoule.formats.registry import format_of
 from robojoule.formats.tree_files import TreeFiles
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.formats.vendor.source import VendorSource
+from robojoule.formats.vendor.text import SourceText, unified_diff
 from robojoule.formats.vendor.trace import Beside, NeedsRobot
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
@@ -116,15 +118,20 @@ class Program:
         return () if self.source is None else tuple(map(str, self.source.resolution.notes))
 
     def diff(self) -> str:
-        """What `save` would change in the files of a vendor's program, as a unified diff.
+        """What `save` would change in the files that the program was read from, as a unified diff; empty: nothing.
 
         Raises:
-            InputError: The program does not come from a vendor's language.
+            InputError: The program was not read from a file.
         """
-        if self.source is None:
-            allowed = "a program that was read from a file of a robot's own language"
-            raise InputError("there is no text to compare with", key="diff", allowed=allowed)
-        return self.source.diff(self.tree)
+        if self.source is not None:
+            return self.source.diff(self.tree)
+        if self.path is None or self.text is None:
+            raise InputError("there is no file to compare with", key="diff", allowed="a program that was read")
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / self.path.name
+            self.save(target)
+            text = decoded(read_bytes(target), target)
+        return unified_diff([SourceText(self.path, self.text)], [text])
 
     def check(self, robot: Robot) -> None:
         """Check that a robot can execute the program; see `check_tree`.

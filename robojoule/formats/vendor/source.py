@@ -42,9 +42,25 @@ class VendorSource:
     def trace(self) -> Trace:
         """What the program does."""
         try:
-            return self.program.trace(self.beside)
+            return self._with_waits(self.program.trace(self.beside))
         except InputError as error:
             raise self._placed(error) from None
+
+    def _with_waits(self, trace: Trace) -> Trace:
+        """The trace with the waits that are given beside it."""
+        given = self.beside.waits_s
+        open_lines = {one.line for one in trace.events if isinstance(one, Wait) and one.duration_s is None}
+        for line in given:
+            if line not in open_lines:
+                known = ", ".join(map(str, sorted(open_lines))) or "there is none"
+                raise InputError("no wait of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+        events = tuple(
+            replace(one, duration_s=given[one.line])
+            if isinstance(one, Wait) and one.duration_s is None and one.line in given
+            else one
+            for one in trace.events
+        )
+        return replace(trace, events=events)
 
     @cached_property
     def resolution(self) -> Resolution:
