@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
-from robojoule.calls import also_cells, finite
+from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
     checked_batch,
@@ -37,6 +37,12 @@ from robojoule.planning.optimization import Profiles, Wish, checked_profiles, pl
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
+from robojoule.planning.section_plans import (
+    has_sections,
+    joined_runs,
+    refuse_sections,
+    section_programs,
+)
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
 from robojoule.programs.tree_check import robot_warnings
@@ -53,6 +59,7 @@ if TYPE_CHECKING:
 
 @also_cells
 @finite
+@in_sections
 def optimize(
     program: Program,
     robot: Robot,
@@ -82,7 +89,8 @@ def optimize(
         program: What the robot does in a cycle.
         robot: Robot with its payload.
         cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, all its waits and its speed
-            limits included ("+10%").
+            limits included ("+10%"). Where nobody knows how long a part takes, a share, which each section between
+            such parts keeps.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
@@ -160,6 +168,7 @@ def adjust(
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
+    refuse_sections(as_given, "adjust")
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
@@ -189,7 +198,10 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = model_program(known_program(program, robot), robot)
+    program = known_program(program, robot)
+    if has_sections(program):
+        return joined_runs([simulate(section, robot) for section in section_programs(program)])
+    program = model_program(program, robot)
     return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
 
 
@@ -219,6 +231,7 @@ def pareto(
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
     as_given = known_program(program, robot)
+    refuse_sections(as_given, "a trade-off")
     program = model_program(as_given, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
@@ -245,6 +258,8 @@ def report(
     Raises:
         InputError: The plan is not one of this program.
     """
+    program = known_program(program, robot)
+    refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
         raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
     curve = pareto(program, robot) if trade_off is None else trade_off

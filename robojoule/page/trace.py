@@ -10,7 +10,7 @@ from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, standing_energies_j
 from robojoule.profile.energy_profile import PARTS
-from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation, WaitOperation
 
 _POINTS = 3000  # of the power of a whole cycle, all motions together
 _LEAST_POINTS, _MOST_POINTS = 8, 120  # of one motion
@@ -108,7 +108,7 @@ def _steps(tree: OperationTree, run: CycleRun, motions_j: Array, standing_j: Arr
             vertex += 1
         elif isinstance(operation, ProcessOperation):
             add("process", operation.name, operation.duration_s, float(standing_w[at]) + operation.power_w)
-        else:
+        elif isinstance(operation, WaitOperation):
             add("wait", operation.name, operation.duration_s, float(standing_w[at]))
     return tuple(steps)
 

@@ -20,6 +20,7 @@ from robojoule.robots.robot import Robot
 from robojoule.robots.standby import StandbyMode, standing_energy_j
 
 SAME_POSITION_RAD = 1e-6
+OPEN_CYCLE = "the cycle ends elsewhere than it starts: the way back is not part of it"
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,7 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     if not closes(tree):
-        found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
+        found.append(OPEN_CYCLE)
     return tuple(found)
 
 

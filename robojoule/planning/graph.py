@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation, UnknownOperation
 
 
 class Phase(Enum):
@@ -151,6 +151,10 @@ def graph_of_tree(tree: OperationTree, robot: str | None = None) -> Optimization
     groups: list[list[MoveOperation]] = [[]]
     standing: list[float] = [0.0]  # before the first vertex, after the first, after the second ...
     for operation in tree.atomic():
+        if isinstance(operation, UnknownOperation):
+            raise InputError(
+                f"nobody knows how long operation '{operation.name}' takes", allowed="sections of the tree"
+            )
         if not isinstance(operation, MoveOperation):
             standing[-1] += operation.duration_s
             continue

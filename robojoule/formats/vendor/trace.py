@@ -14,21 +14,15 @@ from typing import Literal, Protocol
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.formats.vendor.text import Edit, SourceText, Span
+from robojoule.robots.arm_configuration import Configuration
 from robojoule.robots.rigid_body import Placement
-from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.robot import Payload
 
 Kind = Literal["joint", "linear", "circular"]
 
 
 class NeedsRobot(InputError):
     """A program says something that only the figures of a robot explain."""
-
-
-class Configuration(Protocol):
-    """Which of the solutions of inverse kinematics a vendor's program names (Status and Turn, CONFIG, confdata)."""
-
-    def matches(self, robot: Robot, joints_rad: Array) -> bool:
-        """Whether a solution, angles of the model (n,) [rad], is the one that is named."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +70,14 @@ class PoseTarget:
 
 @dataclass(frozen=True)
 class Speed:
-    """How fast a motion is, in the one figure that its program gives; none: not known.
+    """How fast a motion is, in the figures that its program gives; none: not known.
 
     Attributes:
         percent: Share of the joint velocity limits. [%]
         leading_rad_s: Velocity of the joint that turns farthest. [rad/s]
         tool_m_s: Velocity of the tool. [m/s]
+        tool_m_s2: Its acceleration, where the program says it. [m/s2]
+        tool_rad_s: Velocity at which the tool turns, where the program says it. [rad/s]
         duration_s: Duration of the motion, which overrules the others. [s]
         writable: Whether a plan may change it in this statement.
     """
@@ -89,6 +85,8 @@ class Speed:
     percent: float | None = None
     leading_rad_s: float | None = None
     tool_m_s: float | None = None
+    tool_m_s2: float | None = None
+    tool_rad_s: float | None = None
     duration_s: float | None = None
     writable: bool = True
 

@@ -147,6 +147,7 @@ def test_speeds(tmp_path):
     assert [speed.percent for speed in speeds] == [100, None, None, None, 30, None, None]
     assert [speed.duration_s for speed in speeds[:3]] == [None, 1.5, 0.8]
     assert [speed.writable for speed in speeds] == [True, True, True, False, False, False, False]
+    assert [speed.tool_m_s for speed in speeds[5:]] == [1.5, None]
     assert [event.kind for event in found] == ["joint"] * 5 + ["linear"] * 2
 
 

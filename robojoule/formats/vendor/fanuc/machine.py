@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,6 +30,8 @@ from robojoule.formats.vendor.trace import (
     Wait,
 )
 
+_TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
+_SECONDS = {"sec": 1.0, "msec": 1e-3}
 ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
@@ -193,20 +196,23 @@ class Machine:
         return self.frames.target_of(position, label)
 
     def _speed(self, one: Instruction, tree: Node, *, is_joint: bool) -> Speed:
-        speed = next(tree.find_data("speed"))
-        tokens = [token for token in speed.children if isinstance(token, Token)]
-        if not is_joint or len(tokens) < 2:
+        tokens = [token for token in next(tree.find_data("speed")).children if isinstance(token, Token)]
+        if len(tokens) < 2:
             return Speed(writable=False)
         value, unit = tokens
         amount, name = self.registers.amount(str(value)), str(unit).lower()
-        if amount is None or value.type != "NUMBER" or amount <= 0.0:
-            return Speed(percent=amount if name == "%" and amount and amount > 0.0 else None, writable=False)
-        self.amounts[one.code_start] = Amount(one.span(value), name)
+        if amount is None or amount <= 0.0:
+            return Speed(writable=False)
+        is_writable = is_joint and value.type == "NUMBER" and name in ("%", "sec", "msec")
+        if is_writable:
+            self.amounts[one.code_start] = Amount(one.span(value), name)
         if name == "%":
-            return Speed(percent=min(amount, 100.0))
-        if name in ("sec", "msec"):
-            return Speed(duration_s=amount if name == "sec" else amount * 1e-3)
-        return Speed(writable=False)
+            return Speed(percent=min(amount, 100.0), writable=is_writable)
+        if name in _TOOL_M_S:
+            return Speed(tool_m_s=amount * _TOOL_M_S[name], writable=False)
+        if name in _SECONDS:
+            return Speed(duration_s=amount * _SECONDS[name], writable=is_writable)
+        return Speed(tool_rad_s=math.radians(amount), writable=False)
 
     # Waits
 
