@@ -40,7 +40,7 @@ class Position:
     external: dict[str, float] = field(default_factory=dict)
 
 
-def positions(lines: Sequence[Line]) -> tuple[dict[int, Position], list[int]]:
+def read_positions(lines: Sequence[Line]) -> tuple[dict[int, Position], list[int]]:
     """Positions by their numbers, and lines at which entries begin that are not understood."""
     found: dict[int, Position] = {}
     bad: list[int] = []

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.fanuc.machine import ADDED, Machine
-from robojoule.formats.vendor.fanuc.positions import positions
+from robojoule.formats.vendor.fanuc.positions import read_positions
 from robojoule.formats.vendor.fanuc.syntax import (
     Line,
     Numbering,
@@ -42,7 +42,7 @@ class TeachPendantProgram:
             allowed = "a teach pendant program as text, with /PROG, /MN, /POS and /END"
             raise InputError("the file has no section /MN", file=source.path, allowed=allowed)
         self.instructions = instructions(self.sections["MN"])
-        self.positions, self.bad_positions = positions(self.sections.get("POS", []))
+        self.positions, self.bad_positions = read_positions(self.sections.get("POS", []))
         self._motions = {one.code_start: one for one in self.instructions if one.kind == "motion"}
         self._machine: Machine | None = None
 
