@@ -147,13 +147,21 @@ class _Resolver:
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=tuple(self.operations),
+            operations=tuple(self._with_ends()),
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
         return Resolution(tree, places, notes, self.executions, added)
+
+    def _with_ends(self) -> list[MoveOperation | WaitOperation | UnknownOperation]:
+        """The operations; a motion that no other one follows at once ends at its target, whatever its zone."""
+        ends = [not isinstance(after, MoveOperation) for after in (*self.operations[1:], None)]
+        return [
+            one.model_copy(update={"zone": "fine"}) if is_end and isinstance(one, MoveOperation) else one
+            for one, is_end in zip(self.operations, ends, strict=True)
+        ]
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))

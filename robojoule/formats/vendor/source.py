@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -95,10 +96,11 @@ class VendorSource:
         if was.keys() != new.keys():
             raise InputError(f"the tree does not have the moves of the program '{self.program.name}'")
         edits = self.program.speed_edits(self._wishes(was, new)) + self._wait_edits(was, new)
-        return tuple(
+        texts = [
             edited(source.text, [edit for edit in edits if edit.span.file == file])
             for file, source in enumerate(self.program.sources)
-        )
+        ]
+        return self.program.finished(texts)
 
     def save(self, tree: OperationTree, path: Path) -> None:
         """Write the program's files, all of them or none, those that go with it beside the first under its name."""
@@ -146,8 +148,9 @@ class VendorSource:
         names = list(new)
         for index, name in enumerate(names):
             following = names[index + 1] if index + 1 < len(names) else None
-            before_s = new[name].added_wait_before_s if index == 0 else 0.0
+            before_s = self._stepped(new[name].added_wait_before_s) if index == 0 else 0.0
             after_s = new[name].added_wait_after_s + (new[following].added_wait_before_s if following else 0.0)
+            after_s = self._stepped(after_s)
             for seconds, old_s, is_before in (
                 (before_s, was[name].added_wait_before_s, True),
                 (after_s, was[name].added_wait_after_s, False),
@@ -155,6 +158,11 @@ class VendorSource:
                 if abs(seconds - old_s) > SAME_S:
                     edits += self._wait_edit(name, seconds, before=is_before)
         return edits
+
+    def _stepped(self, seconds: float) -> float:
+        """A wait in the steps that the language has, not longer than it is."""
+        step = self.program.wait_step_s
+        return math.floor(seconds / step + SAME_S / step) * step
 
     def _wait_edit(self, name: str, seconds: float, *, before: bool) -> list[Edit]:
         there: tuple[Wait, ...] = self.resolution.added.get((name, before), ())
