@@ -13,7 +13,7 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro compare flow up down status test study bench lint
+.PHONY: help repro compare flow up down status test study bench docs lint
 .DEFAULT_GOAL := help
 
 help:
@@ -26,6 +26,7 @@ help:
 	@echo 'make test    set up, run all tests on all processors; what was left out is named at the end'
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they depend on'
 	@echo 'make bench   set up, measure speed and memory, write benchmarks/results.json (FULL=1: whole pipeline, too)'
+	@echo 'make docs    set up, build the documentation into site/ (open site/index.html)'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
@@ -54,6 +55,9 @@ study: $(READY)
 
 bench: $(READY)
 	@$(IN_VENV) $(PY) -m benchmarks $(if $(FULL),--full)
+
+docs: $(READY)
+	@$(IN_VENV) NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --clean
 
 lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff check .

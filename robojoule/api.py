@@ -6,23 +6,22 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 
 from __future__ import annotations
 
-import json
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
+from robojoule.calls import also_cells, finite
 from robojoule.checks import (
     SLOWEST_PERCENT,
     checked_batch,
     checked_robot,
     checked_runs,
+    known_program,
     model_program,
     moving_batch,
     with_timing,
@@ -30,6 +29,7 @@ from robojoule.checks import (
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import LONGEST_S, as_number
+from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
@@ -41,6 +41,7 @@ from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
+from robojoule.year import Operation, yearly
 
 if TYPE_CHECKING:
     from robojoule.calibration.friction import FrictionIdentification
@@ -48,59 +49,10 @@ if TYPE_CHECKING:
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
     from robojoule.calibration.timing import TimingIdentification
-    from robojoule.planning.cells.plan import CellPlan
-    from robojoule.programs.cell import Cell
 
 
-class _Result(Protocol):
-    def to_dict(self) -> dict[str, Any]: ...
-
-
-Asked = ParamSpec("Asked")
-Found = TypeVar("Found", bound=_Result)
-Given = TypeVar("Given", bound=_Result, covariant=True)
-
-
-def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
-    """Refuse figures of robots and programs, each within its bounds, that together give results beyond all bounds."""
-
-    @wraps(call)
-    def checked(*args: Asked.args, **named: Asked.kwargs) -> Found:
-        with np.errstate(all="ignore"):
-            result = call(*args, **named)
-        try:
-            json.dumps(result.to_dict(), allow_nan=False)
-        except ValueError:
-            raise InputError("the result is not finite: a figure of the robot is beyond all bounds") from None
-        return result
-
-    return checked
-
-
-class _Optimize(Protocol[Asked, Given]):
-    @overload
-    def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
-    @overload
-    def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
-
-
-def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
-    """Let a cell be planned by the same name; see `robojoule.planning.cells.solve.solve_cell` for its settings."""
-
-    @wraps(call)
-    def either(*args: Any, **named: Any) -> Any:
-        cells = sys.modules.get("robojoule.programs.cell")  # without it nobody can have made a cell
-        if cells is not None and args and isinstance(args[0], cells.Cell):
-            from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
-
-            return solve_cell(*args, **named)
-        return call(*args, **named)
-
-    return either
-
-
-@_also_cells
-@_finite
+@also_cells
+@finite
 def optimize(
     program: Program,
     robot: Robot,
@@ -123,7 +75,8 @@ def optimize(
     cycle time stays as it is.
 
     A `Cell` may be given instead of program and robot: `optimize(cell, time_limit_s=60)`, with the settings of
-    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`.
+    `robojoule.planning.cells.solve.solve_cell`, gives its `CellPlan`. A `RobotCell`, robots with their programs, gives
+    a `RobotCellPlan`, see `robojoule.planning.robot_cells.solve.plan_robot_cell`.
 
     Args:
         program: What the robot does in a cycle.
@@ -150,7 +103,8 @@ def optimize(
         PlanningError: The solver failed.
     """
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if allow_faster else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
@@ -167,7 +121,7 @@ def optimize(
     return guard.told(plan, as_given, robot)
 
 
-@_finite
+@finite
 def adjust(
     program: Program,
     robot: Robot,
@@ -205,7 +159,8 @@ def adjust(
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
     asked = cycle_time
@@ -223,7 +178,7 @@ def adjust(
     return guard.told(plan, as_given, robot)
 
 
-@_finite
+@finite
 def simulate(program: Program, robot: Robot) -> CycleRun:
     """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
 
@@ -234,11 +189,11 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = model_program(program, robot)
+    program = model_program(known_program(program, robot), robot)
     return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
 
 
-@_finite
+@finite
 def pareto(
     program: Program,
     robot: Robot,
@@ -263,7 +218,8 @@ def pareto(
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     faster = program.tree.without_plan(full_speed=True) if allow_faster else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
@@ -273,7 +229,33 @@ def pareto(
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
-@_finite
+@finite
+def report(
+    plan: Plan, program: Program, robot: Robot, *, trade_off: TradeOff | None = None, operation: Operation | None = None
+) -> Report:
+    """A plan beside the program as given, with what it means in a year; `save` writes a page to look at.
+
+    Args:
+        plan: Plan of the program; see `optimize`.
+        program: The program as given.
+        robot: Robot with its payload, as for the plan.
+        trade_off: Energy over cycle time of the program, if it is not the one that `pareto` gives of itself.
+        operation: How much the robot works in a year, and what its electricity costs; see `robojoule.year`.
+
+    Raises:
+        InputError: The plan is not one of this program.
+    """
+    if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
+        raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
+    curve = pareto(program, robot) if trade_off is None else trade_off
+    tree, planned = (model_program(one, robot).tree for one in (program, plan.program))
+    batch = checked_batch(model_program(program, robot), robot)
+    given = simulate_trees(batch, [[tree]])[0][0]
+    year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
+    return report_of(plan, curve, (tree, given), planned, batch, year)
+
+
+@finite
 def energy_profile(
     robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
 ) -> EnergyProfile:
@@ -297,7 +279,7 @@ def energy_profile(
     return simulated_profile(robot, first, last, points)
 
 
-@_finite
+@finite
 def identify(
     log: str | Path | MeasuredLog,
     robot: Robot,
@@ -346,7 +328,7 @@ def identify(
     return replace(found, lag=lag, timing=log_timing(log, robot))
 
 
-@_finite
+@finite
 def identify_friction(
     log: str | Path | MeasuredLog,
     robot: Robot,
@@ -374,7 +356,7 @@ def identify_friction(
     return friction.identify_friction(log, robot, smoothing_s)
 
 
-@_finite
+@finite
 def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
     """The controller's rule for time laws from measured runs of a program's moves.
 

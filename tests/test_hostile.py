@@ -188,7 +188,6 @@ OPTIMIZE = ["optimize", "ok.json", "--robot", NAME, "--cycle-time"]
 PARETO = ["pareto", "ok.json", "--robot", NAME]
 IDENTIFY = ["identify", "log.csv", "--robot", NAME]
 WORDS = {
-    "no command": ([], "COMMAND"),
     "command": (["optimise"], "robojoule: unknown command 'optimise' (did you mean optimize?)"),
     "option": ([*PROFILE, "--foo"], "robojoule profile: unrecognized arguments: --foo"),
     "no value": ([*PROFILE, "--points"], "robojoule profile: --points: expected one argument"),

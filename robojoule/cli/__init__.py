@@ -87,7 +87,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _ended(None, 1)
 
 
+_WELCOME = """\
+Less energy for robots at the same cycle time. For a start:
+
+  robojoule example cycle.yaml     writes a program of a robot
+  robojoule optimize cycle.yaml --robot kuka_kr16_r2010_2 --payload 10 --cycle-time +10% \\
+      --out slower.yaml --page saving.html
+                                   plans it with a tenth more time, writes the plan and a page to look at
+  robojoule robots                 lists the robots that are known
+  robojoule --help                 says what else there is"""
+
+
 def _run(words: list[str], command: str | None) -> int:
+    if not words:
+        print(_WELCOME)
+        return 0
     if command is not None and command not in COMMANDS:
         from robojoule.inputs import unknown_name
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
     from robojoule.robots.robot import Robot
+    from robojoule.year import Operation
 
 _MOST_DIGITS = 10
 
@@ -131,6 +132,29 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         metavar="PERCENT",
         help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
+    )
+
+
+def add_year(parser: argparse.ArgumentParser) -> None:
+    """Add how much the robot works in a year, and what its electricity costs."""
+    group = parser.add_argument_group("what it means in a year")
+    group.add_argument("--shifts", type=number, default=2.0, metavar="N", help="shifts of 8 h a day (default: 2)")
+    group.add_argument("--days", type=number, default=250.0, metavar="N", help="working days a year (default: 250)")
+    group.add_argument("--country", default="DEU", metavar="CODE", help="for CO2: DEU, CZE, USA .. (default: DEU)")
+    group.add_argument("--price", type=number, metavar="EUR", help="of a kWh (default: 0.20, the EU's industry)")
+    group.add_argument("--co2", type=number, metavar="G", help="CO2 of a kWh [g] (default: that of the country)")
+
+
+def operation_of(arguments: argparse.Namespace) -> Operation:
+    """How much the robot works in a year, as the arguments say."""
+    from robojoule.year import Operation
+
+    return Operation.of(
+        shifts=arguments.shifts,
+        days=arguments.days,
+        country=arguments.country,
+        price_per_kwh=arguments.price,
+        co2_g_per_kwh=arguments.co2,
     )
 
 

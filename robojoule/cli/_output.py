@@ -35,7 +35,7 @@ def show_moves(result: dict[str, Any]) -> None:
 def show_written(result: dict[str, Any], *names: str) -> None:
     """Print the files that were written, each under the name of its option."""
     for name in names:
-        if result[name]:
+        if result.get(name):
             print(f"written to {result[name]}")
 
 

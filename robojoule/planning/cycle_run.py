@@ -187,7 +187,7 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     prior = np.array([v.least_prior_wait_s + moves[v.moves[0]].added_wait_before_s for v in vertices])
     post = np.array([v.least_post_wait_s + moves[v.moves[-1]].added_wait_after_s for v in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
-    standing_j, saved_j = _standing_energies(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
+    standing_j, saved_j = standing_energies_j(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
     vertex_energies = runs.energy_j[rows, k] + standing_j
     cycle_time_s = float((prior + durations + post).sum())
     standing = batch.paths.torques.at_nodes[2][rows] ** 2  # squared gravity torques, which motors hold in waits
@@ -212,7 +212,7 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     )
 
 
-def _standing_energies(
+def standing_energies_j(
     robot: Robot, tree: OperationTree, prior_s: Array, post_s: Array, idle_prior_w: Array, idle_post_w: Array
 ) -> tuple[Array, float]:
     """Energy of the waits of each of V motions, shape (V,), and what standby modes save on all of them. [J]"""
