@@ -40,6 +40,7 @@ from robojoule.planning.plan import Plan
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
@@ -64,6 +65,7 @@ def optimize(
     speed_step: float = SPEED_STEP_PERCENT,
     reserve: float | str = 0.0,
     profiles: Profiles | None = None,
+    model: str | Path | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     peak_power_w: float | None = None,
@@ -91,6 +93,8 @@ def optimize(
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
         profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
             (the default with runs: of every move, at two speed limits or more).
+        model: Folder of a trained predictor (`predictor.json`, `predictor.npz`) for predicted profiles, which are the
+            default then; else the one that comes with the robot.
         runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
             simulated profiles they tell the controller's timing alone.
         cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
@@ -111,8 +115,9 @@ def optimize(
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
-    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    predictor = None if model is None else load_profile_predictor(model)
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, predictor)
     known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
