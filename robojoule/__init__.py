@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         identify_timing,
         optimize,
         pareto,
+        report,
         simulate,
     )
     from robojoule.formats.cells import load_cells
@@ -45,6 +46,7 @@ __all__ = [
     "load_robot",
     "optimize",
     "pareto",
+    "report",
     "simulate",
 ]
 __version__ = "0.1.0"

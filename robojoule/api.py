@@ -6,30 +6,30 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 
 from __future__ import annotations
 
-import json
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import as_array
+from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
     checked_batch,
     checked_robot,
     checked_runs,
+    known_program,
     model_program,
     moving_batch,
     with_timing,
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import LONGEST_S, as_number
+from robojoule.inputs import LONGEST_S, as_flag, as_number
+from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
@@ -37,10 +37,13 @@ from robojoule.planning.optimization import Profiles, Wish, checked_profiles, pl
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
+from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
+from robojoule.year import Operation, yearly
 
 if TYPE_CHECKING:
     from robojoule.calibration.friction import FrictionIdentification
@@ -48,70 +51,11 @@ if TYPE_CHECKING:
     from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
     from robojoule.calibration.timing import TimingIdentification
-    from robojoule.formats.robot_cell import RobotCell
-    from robojoule.planning.cells.plan import CellPlan
-    from robojoule.planning.robot_cells.plan import RobotCellPlan
-    from robojoule.programs.cell import Cell
 
 
-class _Result(Protocol):
-    def to_dict(self) -> dict[str, Any]: ...
-
-
-Asked = ParamSpec("Asked")
-Found = TypeVar("Found", bound=_Result)
-Given = TypeVar("Given", bound=_Result, covariant=True)
-
-
-def _finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
-    """Refuse figures of robots and programs, each within its bounds, that together give results beyond all bounds."""
-
-    @wraps(call)
-    def checked(*args: Asked.args, **named: Asked.kwargs) -> Found:
-        with np.errstate(all="ignore"):
-            result = call(*args, **named)
-        try:
-            json.dumps(result.to_dict(), allow_nan=False)
-        except ValueError:
-            raise InputError("the result is not finite: a figure of the robot is beyond all bounds") from None
-        return result
-
-    return checked
-
-
-class _Optimize(Protocol[Asked, Given]):
-    @overload
-    def __call__(self, cell: Cell, /, **settings: Any) -> CellPlan: ...
-    @overload
-    def __call__(self, cell: RobotCell, /, **settings: Any) -> RobotCellPlan: ...
-    @overload
-    def __call__(self, cell: Cell | RobotCell, /, **settings: Any) -> CellPlan | RobotCellPlan: ...
-    @overload
-    def __call__(self, *args: Asked.args, **named: Asked.kwargs) -> Given: ...
-
-
-def _also_cells(call: Callable[Asked, Given]) -> _Optimize[Asked, Given]:
-    """Let a cell be planned by the same name; its settings are those of `solve_cell`, or of `plan_robot_cell`."""
-
-    @wraps(call)
-    def either(*args: Any, **named: Any) -> Any:
-        cells = sys.modules.get("robojoule.programs.cell")  # without it nobody can have made a cell
-        if cells is not None and args and isinstance(args[0], cells.Cell):
-            from robojoule.planning.cells.solve import solve_cell  # late: brings HiGHS
-
-            return solve_cell(*args, **named)
-        robot_cells = sys.modules.get("robojoule.formats.robot_cell")
-        if robot_cells is not None and args and isinstance(args[0], robot_cells.RobotCell):
-            from robojoule.planning.robot_cells.solve import plan_robot_cell  # late: likewise
-
-            return plan_robot_cell(*args, **named)
-        return call(*args, **named)
-
-    return either
-
-
-@_also_cells
-@_finite
+@also_cells
+@finite
+@in_sections
 def optimize(
     program: Program,
     robot: Robot,
@@ -121,6 +65,7 @@ def optimize(
     speed_step: float = SPEED_STEP_PERCENT,
     reserve: float | str = 0.0,
     profiles: Profiles | None = None,
+    model: str | Path | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     peak_power_w: float | None = None,
@@ -141,12 +86,15 @@ def optimize(
         program: What the robot does in a cycle.
         robot: Robot with its payload.
         cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, all its waits and its speed
-            limits included ("+10%").
+            limits included ("+10%"). Where nobody knows how long a part takes, a share, which each section between
+            such parts keeps.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
         profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
             (the default with runs: of every move, at two speed limits or more).
+        model: Folder of a trained predictor (`predictor.json`, `predictor.npz`) for predicted profiles, which are the
+            default then; else the one that comes with the robot.
         runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
             simulated profiles they tell the controller's timing alone.
         cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
@@ -162,12 +110,14 @@ def optimize(
         PlanningError: The solver failed.
     """
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
-    tree = at_full_speed if allow_faster else None
+    tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
-    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    predictor = None if model is None else load_profile_predictor(model)
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, predictor)
     known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
@@ -179,7 +129,7 @@ def optimize(
     return guard.told(plan, as_given, robot)
 
 
-@_finite
+@finite
 def adjust(
     program: Program,
     robot: Robot,
@@ -217,7 +167,9 @@ def adjust(
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
-    as_given, program = program, model_program(program, robot)
+    as_given = known_program(program, robot)
+    refuse_sections(as_given, "adjust")
+    program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
     asked = cycle_time
@@ -235,9 +187,12 @@ def adjust(
     return guard.told(plan, as_given, robot)
 
 
-@_finite
+@finite
 def simulate(program: Program, robot: Robot) -> CycleRun:
     """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
+
+    `warnings` tell torques beyond a limit, paths on which the arm touches itself, its base or the floor, and doubts
+    about the robot.
 
     Args:
         program: What the robot does in a cycle.
@@ -246,11 +201,16 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = model_program(program, robot)
-    return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    as_given = known_program(program, robot)
+    if has_sections(as_given):
+        return simulated_sections(as_given, [simulate(section, robot) for section in section_programs(as_given)])
+    program = model_program(as_given, robot)
+    run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    return replace(run, warnings=(*known, *cycle_warnings(program.tree, run)))
 
 
-@_finite
+@finite
 def pareto(
     program: Program,
     robot: Robot,
@@ -275,8 +235,10 @@ def pareto(
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
-    as_given, program = program, model_program(program, robot)
-    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
+    as_given = known_program(program, robot)
+    refuse_sections(as_given, "a trade-off")
+    program = model_program(as_given, robot)
+    faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
@@ -285,7 +247,35 @@ def pareto(
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
 
 
-@_finite
+@finite
+def report(
+    plan: Plan, program: Program, robot: Robot, *, trade_off: TradeOff | None = None, operation: Operation | None = None
+) -> Report:
+    """A plan beside the program as given, with what it means in a year; `save` writes a page to look at.
+
+    Args:
+        plan: Plan of the program; see `optimize`.
+        program: The program as given.
+        robot: Robot with its payload, as for the plan.
+        trade_off: Energy over cycle time of the program, if it is not the one that `pareto` gives of itself.
+        operation: How much the robot works in a year, and what its electricity costs; see `robojoule.year`.
+
+    Raises:
+        InputError: The plan is not one of this program.
+    """
+    program = known_program(program, robot)
+    refuse_sections(program, "a page")
+    if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
+        raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
+    curve = pareto(program, robot) if trade_off is None else trade_off
+    tree, planned = (model_program(one, robot).tree for one in (program, plan.program))
+    batch = checked_batch(model_program(program, robot), robot)
+    given = simulate_trees(batch, [[tree]])[0][0]
+    year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
+    return report_of(plan, curve, (tree, given), planned, batch, year)
+
+
+@finite
 def energy_profile(
     robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
 ) -> EnergyProfile:
@@ -301,15 +291,15 @@ def energy_profile(
     Raises:
         InputError: A configuration does not fit the robot, or there is no motion.
     """
-    robot = checked_robot(robot)
+    robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
     first, last = (
-        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if degrees else q, where)
+        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if in_degrees else q, where)
         for q, where in ((start, "start"), (end, "end"))
     )
     return simulated_profile(robot, first, last, points)
 
 
-@_finite
+@finite
 def identify(
     log: str | Path | MeasuredLog,
     robot: Robot,
@@ -358,7 +348,7 @@ def identify(
     return replace(found, lag=lag, timing=log_timing(log, robot))
 
 
-@_finite
+@finite
 def identify_friction(
     log: str | Path | MeasuredLog,
     robot: Robot,
@@ -386,7 +376,7 @@ def identify_friction(
     return friction.identify_friction(log, robot, smoothing_s)
 
 
-@_finite
+@finite
 def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
     """The controller's rule for time laws from measured runs of a program's moves.
 

@@ -59,6 +59,11 @@ def moving_batch(
     return batch
 
 
+def known_program(program: Program, robot: Robot) -> Program:
+    """The program as a robot executes it; see `Program.for_robot`."""
+    return checked_program(program).for_robot(checked_robot(robot))
+
+
 def model_program(program: Program, robot: Robot) -> Program:
     """The program in angles of the robot's model, checked where it is in others."""
     if checked_program(program).angles == "model":

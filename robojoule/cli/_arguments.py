@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,10 @@ from robojoule.inputs import as_path, number_of, shown
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
+    from robojoule.formats.vendor.trace import Beside
+    from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
+    from robojoule.year import Operation
 
 _MOST_DIGITS = 10
 
@@ -23,9 +27,29 @@ _MOST_DIGITS = 10
 def add_program(parser: argparse.ArgumentParser) -> None:
     """Add the program."""
     parser.add_argument(
-        "program", type=Path, metavar="PROGRAM", help="operation tree (YAML, JSON) or joint positions (CSV)"
+        "program",
+        type=Path,
+        metavar="PROGRAM",
+        help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
     )
-    add_angles(parser, "as the file says, else model")
+    add_angles(parser, "as the file says, else model; of the pendant in a robot's own language")
+    frame = "X,Y,Z[,RX,RY,RZ] in mm and degrees, turned about the fixed axes x, y, z"
+    parser.add_argument(
+        "--tool", type=numbers, metavar="FRAME", help=f"tool on the flange, where the program does not say it: {frame}"
+    )
+    parser.add_argument(
+        "--base", type=numbers, metavar="FRAME", help="base (user frame), where the program does not say it, likewise"
+    )
+    parser.add_argument(
+        "--wait",
+        action="append",
+        default=[],
+        metavar="LINE=S",
+        help="how long the program waits in a line for something that comes [s]; may be repeated",
+    )
+    parser.add_argument(
+        "--controller-data", metavar="FILE", help="tools, bases, payloads and waits in one file (YAML, JSON)"
+    )
 
 
 def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
@@ -37,12 +61,35 @@ def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
     )
 
 
-def program_of(arguments: argparse.Namespace) -> Program:
-    """The program that the arguments name, its angles taken as they say."""
+def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]:
+    """The program that the arguments name, as the robot executes it that they name, too."""
     from robojoule.formats.program import load_program
 
-    program = load_program(arguments.program)
-    return program if arguments.angles is None else program.counted_as(arguments.angles)
+    program = load_program(arguments.program, beside=_beside_of(arguments))
+    if arguments.angles is not None:
+        program = program.counted_as(arguments.angles)
+    robot = robot_of(arguments, program)
+    return program.for_robot(robot), robot
+
+
+def _beside_of(arguments: argparse.Namespace) -> Beside:
+    """What is given beside a program's file; options overrule the file of the controller's data."""
+    from robojoule.formats.vendor.controller_data import frame, read_controller_data, wait_of
+    from robojoule.formats.vendor.trace import Beside
+
+    beside = Beside() if arguments.controller_data is None else read_controller_data(arguments.controller_data)
+    frames: dict[str, Placement | None] = {"tool": None, "base": None}
+    for name in frames:
+        if (given := getattr(arguments, name)) is not None:
+            try:
+                frames[name] = frame(*given)
+            except InputError as error:
+                raise InputError(error.problem, key=f"--{name}", allowed=error.allowed) from None
+    try:
+        waits = dict(wait_of(text) for text in arguments.wait)
+    except InputError as error:
+        raise InputError(error.problem, key="--wait", allowed=error.allowed) from None
+    return replace(beside, waits_s={**beside.waits_s, **waits}, tool=frames["tool"], base=frames["base"])
 
 
 def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:
@@ -120,6 +167,16 @@ def add_profiles(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """Add which predictor gives predicted profiles."""
+    parser.add_argument(
+        "--model",
+        metavar="MODEL",
+        help="predictor of profiles: a folder, or models:/NAME@ALIAS in MLflow's registry "
+        "(default: the one that comes with the robot)",
+    )
+
+
 def add_bounds(parser: argparse.ArgumentParser) -> None:
     """Add what a plan must keep beside its cycle time."""
     parser.add_argument(
@@ -131,6 +188,36 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         metavar="PERCENT",
         help="by how much torques may exceed the robot's peak limits [%%] (default: 0)",
+    )
+
+
+def add_year(parser: argparse.ArgumentParser) -> None:
+    """Add how much the robot works in a year, and what its electricity costs."""
+    group = parser.add_argument_group("what it means in a year")
+    group.add_argument("--shifts", type=number, default=2.0, metavar="N", help="shifts of 8 h a day (default: 2)")
+    group.add_argument("--days", type=number, default=250.0, metavar="N", help="working days a year (default: 250)")
+    group.add_argument("--country", default="DEU", metavar="CODE", help="for CO2: DEU, CZE, USA .. (default: DEU)")
+    group.add_argument("--price", type=number, metavar="EUR", help="of a kWh (default: 0.20, the EU's industry)")
+    group.add_argument("--co2", type=number, metavar="G", help="CO2 of a kWh [g] (default: that of the country)")
+
+
+def operation_of(arguments: argparse.Namespace) -> Operation:
+    """How much the robot works in a year, as the arguments say."""
+    from robojoule.year import Operation
+
+    return Operation.of(
+        shifts=arguments.shifts,
+        days=arguments.days,
+        country=arguments.country,
+        price_per_kwh=arguments.price,
+        co2_g_per_kwh=arguments.co2,
+    )
+
+
+def add_diff(parser: argparse.ArgumentParser) -> None:
+    """Add --diff."""
+    parser.add_argument(
+        "--diff", action="store_true", help="show what changes in the program's files, as a unified diff"
     )
 
 

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import (
     add_bounds,
+    add_diff,
     add_measurements,
+    add_model,
     add_profiles,
     add_program,
     add_robot,
     add_slowest,
+    add_year,
     check_outputs,
     number,
-    program_of,
-    robot_of,
+    operation_of,
+    program_and_robot_of,
     wishes_of,
 )
-from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
+from robojoule.cli._models import model_folder
+from robojoule.cli._output import show_diff, show_head, show_loads, show_moves, show_outlook, show_written
+from robojoule.year import yearly
+
+if TYPE_CHECKING:
+    from robojoule.formats.program import Program
+    from robojoule.page.report import Report
+    from robojoule.planning.plan import Plan
+    from robojoule.robots.robot import Robot
+    from robojoule.year import Operation
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_slowest(parser)
     add_measurements(parser)
     add_profiles(parser)
+    add_model(parser)
     add_bounds(parser)
     parser.add_argument(
         "--out",
@@ -52,6 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the program with speed limits and waits here; it may be PROGRAM itself, the rest of which is kept",
     )
+    add_diff(parser)
+    parser.add_argument("--page", type=Path, metavar="FILE", help="write a page to look at here (.html)")
+    add_year(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -60,19 +76,44 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
-    program = program_of(arguments)
-    plan = optimize(
-        program,
-        robot_of(arguments, program),
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
-        **wishes_of(arguments),
-    )
+    check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
+    operation = operation_of(arguments)
+    program, robot = program_and_robot_of(arguments)
+    with model_folder(arguments.model) as model:
+        plan = optimize(
+            program,
+            robot,
+            allow_faster=arguments.allow_faster,
+            slowest_speed_limit_percent=arguments.slowest_speed_limit,
+            profiles=arguments.profiles,
+            model=model,
+            **wishes_of(arguments),
+        )
+    page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
     if arguments.out is not None:
         plan.save(arguments.out)
-    return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}
+    if page is not None:
+        page.save(arguments.page)
+    year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
+    written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
+    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
+
+
+def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Robot, operation: Operation) -> Report:
+    """The page of a plan; its trade-off stands on what the plan stands on."""
+    from robojoule.api import pareto, report
+
+    curve = pareto(
+        program,
+        robot,
+        allow_faster=arguments.allow_faster,
+        profiles=arguments.profiles,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
+        slowest_speed_limit_percent=arguments.slowest_speed_limit,
+    )
+    return report(plan, program, robot, trade_off=curve, operation=operation)
 
 
 def show(result: dict[str, Any]) -> None:
@@ -94,10 +135,21 @@ def show(result: dict[str, Any]) -> None:
         ("full speed, then waiting", "energy_unoptimized_j", "saving_over_unoptimized_percent"),
     ):
         print(f"  {name}: {result[energy]:.1f} J; the plan takes {_compared(result[saving])}")
+    if "yearly" in result:
+        show_year(result["yearly"])
     show_loads(result)
     show_outlook(result)
     show_moves(result)
-    show_written(result, "out")
+    show_diff(result)
+    show_written(result, "out", "page")
+
+
+def show_year(year: dict[str, Any]) -> None:
+    """Print what a plan means in a year."""
+    print(
+        f"in {year['hours_per_year']:.0f} h a year: {year['saved_kwh']:.0f} kWh less, {year['saved_cost']:.0f} "
+        f"{year['currency']} and {year['saved_co2_kg']:.0f} kg CO2"
+    )
 
 
 def _compared(saving_percent: float) -> str:

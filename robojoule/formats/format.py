@@ -26,15 +26,15 @@ class Reading:
 
 
 class Format(Protocol):
-    """A kind of file that holds programs.
+    """A kind of file that holds programs."""
 
-    Attributes:
-        name: What it is called.
-        suffixes: Suffixes of its files, in lower case, with the dot.
-    """
+    @property
+    def name(self) -> str:
+        """What it is called."""
 
-    name: str
-    suffixes: tuple[str, ...]
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Suffixes of its files, in lower case, with the dot."""
 
     def read(self, path: Path) -> Reading:
         """Read a file.

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robojoule.documents import check_output
+from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
 from robojoule.formats.registry import format_of
 from robojoule.formats.tree_files import TreeFiles
+from robojoule.formats.vendor.files import VendorFiles
+from robojoule.formats.vendor.source import VendorSource
+from robojoule.formats.vendor.text import SourceText, unified_diff
+from robojoule.formats.vendor.trace import Beside, NeedsRobot
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
@@ -21,12 +27,16 @@ from robojoule.robots.robot import Robot
 class Program:
     """What a robot does in one cycle.
 
+    A program in a vendor's language may say what only a robot explains, such as places of the tool; then it has no tree
+    until it is there `for_robot`, which `optimize` and the like do themselves.
+
     Attributes:
         tree: The operations of the cycle.
         path: File that it was read from, if any.
         format: Name of that file's format, if any.
         places: Where robot and configurations stand in a file that has other keys, such as "line 4", by their key.
         text: Text of that file, into which `save` writes the tree's speed limits and waits.
+        source: The program in its vendor's language, if that is where it comes from.
     """
 
     tree: OperationTree
@@ -34,15 +44,27 @@ class Program:
     format: str | None = None
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
     text: str | None = field(default=None, repr=False, compare=False)
+    source: VendorSource | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.tree, OperationTree):
+        if self.tree is None and self.source is not None:
+            object.__delattr__(self, "tree")
+        elif not isinstance(self.tree, OperationTree):
             raise InputError(f"{shown(self.tree)} is not an operation tree", key="tree", allowed="an OperationTree")
         if self.path is not None:
             object.__setattr__(self, "path", as_path(self.path, "path"))
 
+    if not TYPE_CHECKING:  # what is not there is explained; type checkers know what may be there
+
+        def __getattr__(self, name: str) -> object:
+            if name == "tree" and self.source is not None:
+                return self.source.resolution.tree  # raises and says what is missing
+            raise AttributeError(f"a program has no '{name}'")
+
     def __repr__(self) -> str:
         path = str(self.path) if self.path is not None else None
+        if "tree" not in vars(self):
+            return f"Program(path={path!r}, needs a robot)"
         return f"Program({self.name!r}, moves={len(self.moves)}, robot={self.robot!r}, path={path!r})"
 
     @property
@@ -71,9 +93,45 @@ class Program:
         Raises:
             InputError: Neither of the two is named.
         """
-        if angles not in ANGLES:
+        if not isinstance(angles, str) or angles not in ANGLES:
             raise InputError(f"unknown angles {shown(angles)}", key="angles", allowed=", ".join(ANGLES))
+        if self.source is not None:
+            return self._resolved(self.source.of(angles=angles))
         return replace(self, tree=self.tree.model_copy(update={"angles": angles}))
+
+    def for_robot(self, robot: Robot) -> Program:
+        """The program as a robot executes it: places of the tool as joint angles, speeds as shares of its limits.
+
+        Raises:
+            InputError: The robot cannot execute it; names the place in the file.
+        """
+        if self.source is None or self.source.robot is robot:
+            return self
+        return self._resolved(self.source.of(robot))
+
+    def _resolved(self, source: VendorSource) -> Program:
+        return _program(source, self.path, self.format)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a vendor's program says that is kept as it is, assumed, or not known, a sentence each with its line."""
+        return () if self.source is None else tuple(map(str, self.source.resolution.notes))
+
+    def diff(self) -> str:
+        """What `save` would change in the files that the program was read from, as a unified diff; empty: nothing.
+
+        Raises:
+            InputError: The program was not read from a file.
+        """
+        if self.source is not None:
+            return self.source.diff(self.tree)
+        if self.path is None or self.text is None:
+            raise InputError("there is no file to compare with", key="diff", allowed="a program that was read")
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / self.path.name
+            self.save(target)
+            text = decoded(read_bytes(target), target)
+        return unified_diff([SourceText(self.path, self.text)], [text])
 
     def check(self, robot: Robot) -> None:
         """Check that a robot can execute the program; see `check_tree`.
@@ -98,6 +156,9 @@ class Program:
         target = as_path(path, "path")
         check_output(target)
         found = format_of(target)
+        if self.source is not None and found.name == self.format:
+            self.source.save(self.tree, target)
+            return
         text = self.text if found.name == self.format else None
         if isinstance(found, TreeFiles):
             found.write(self.tree, target, text, remarks)
@@ -105,16 +166,32 @@ class Program:
             found.write(self.tree, target, text)
 
 
-def load_program(path: str | Path) -> Program:
+def load_program(path: str | Path, robot: Robot | None = None, *, beside: Beside | None = None) -> Program:
     """Read a program from a file of any known format.
 
     Args:
-        path: Operation tree (YAML, JSON) or joint positions (CSV).
+        path: Operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (KUKA .src).
+        robot: Robot that executes it, for programs in a robot's own language; without it these are understood when they
+            are planned or simulated.
+        beside: What stands in the controller, not in the file: tools, bases, payloads, durations of waits.
 
     Raises:
         InputError: Unknown suffix, unreadable file, or a file that does not hold a program.
     """
     file = as_path(path, "path")
     found = format_of(file)
+    if isinstance(found, VendorFiles):
+        source = found.source(file, beside)
+        return _program(source if robot is None else source.of(robot), file, found.name)
     reading = found.read(file)
     return Program(reading.tree, file, found.name, reading.places, reading.text)
+
+
+def _program(source: VendorSource, path: Path | None, name: str | None) -> Program:
+    """A program in a vendor's language, with its tree where that is known."""
+    text = source.program.sources[0].text
+    try:
+        resolution = source.resolution
+    except NeedsRobot:
+        return Program(None, path, name, {}, text, source)  # type: ignore[arg-type]
+    return Program(resolution.tree, path, name, resolution.places, text, source)

@@ -1,18 +1,42 @@
 """The file formats of programs: which there are, and which one a suffix names.
 
-A further format is a module of this package with a `Format` and a line in `FORMATS`.
+A further format is a module of this package with a `Format` and a line in `FORMATS`; a vendor's language is a package
+in `robojoule.formats.vendor` whose parser stands in a line of its own.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robojoule.errors import InputError
 from robojoule.formats.format import Format
 from robojoule.formats.position_files import PositionFiles
 from robojoule.formats.tree_files import TreeFiles
+from robojoule.formats.vendor.files import VendorFiles
 
-FORMATS: tuple[Format, ...] = (TreeFiles(), PositionFiles())
+if TYPE_CHECKING:
+    from robojoule.formats.vendor.trace import VendorProgram
+
+
+def _krl(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.krl.program import read_krl  # late: brings lark
+
+    return read_krl(path)
+
+
+def _teach_pendant(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.fanuc.program import read_teach_pendant  # late: brings lark
+
+    return read_teach_pendant(path)
+
+
+FORMATS: tuple[Format, ...] = (
+    TreeFiles(),
+    PositionFiles(),
+    VendorFiles("KUKA KRL", (".src",), _krl),
+    VendorFiles("FANUC TP", (".ls",), _teach_pendant),
+)
 
 
 def format_of(path: str | Path) -> Format:

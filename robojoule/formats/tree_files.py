@@ -20,6 +20,7 @@ from robojoule.programs.operation_tree import (
     MoveOperation,
     OperationTree,
     ProcessOperation,
+    UnknownOperation,
     WaitOperation,
 )
 
@@ -29,6 +30,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "move": MoveOperation,
     "wait": WaitOperation,
     "process": ProcessOperation,
+    "unknown": UnknownOperation,
 }
 
 
@@ -114,7 +116,9 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         tree: The tree.
         as_degrees: Whether to give angles in degrees, if these read as the very same radians.
     """
-    degrees = in_exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
+    targets = [one.target_rad for one in tree.atomic() if isinstance(one, (MoveOperation, UnknownOperation))]
+    positions = [tree.start_rad, *(target for target in targets if target is not None)]
+    degrees = in_exact_degrees(positions) if as_degrees else None
     pending = iter(degrees or ())
 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:

@@ -67,18 +67,22 @@ class PathTiming:
             parts.append(self._binding_limits(block, top[block]))
         return TorqueLimits.joined(parts), top
 
-    def _binding_limits(self, block: slice, top: Array) -> TorqueLimits:
-        """Limits of a block of motions that can bind up to the velocities `top` (M',) [1/s], which it lowers."""
+    def torque_limits(self, block: slice = slice(None)) -> TorqueLimits:
+        """All torque limits of a block of motions.
+
+        Raises:
+            InputError: Gravity and friction take all that a joint has in a motion's poses.
+        """
         drives, peak = self.robot.drives, self.robot.peak_effort_nm[:, None]
         inertia, centrifugal, gravity = np.split(self.torques.values[block], 3, axis=1)
         slope = self.path.slopes_rad(block, self.torques.values_s[block])
 
         def limits(values: Array) -> Array:
-            return np.broadcast_to(values, gravity.shape).reshape(len(top), -1)
+            return np.broadcast_to(values, gravity.shape).reshape(len(gravity), -1)
 
-        standing = gravity + drives.coulomb_nm[:, None] * np.sign(slope)
+        standing = gravity + drives.coulomb_nm[:, None] * np.sign(self.path.delta_rad[block])[:, :, None]
         self._check_standing(block, np.abs(standing).max(axis=2))
-        every = TorqueLimits(
+        return TorqueLimits(
             inertia=np.maximum(np.abs(limits(inertia + drives.reflected_inertia_kg_m2[:, None] * slope)), NEVER_BINDS),
             standing=limits(standing),
             viscous=limits(drives.viscous_nm_s_per_rad[:, None] * slope),
@@ -87,8 +91,11 @@ class PathTiming:
             usable=limits(drives.torque_use * peak),
             floor=limits(drives.torque_floor * peak),
         )
-        none = np.zeros(len(top))
-        within = reachable_velocity(every.acceleration(none), drives.filter_time_s, self._ramp_share)
+
+    def _binding_limits(self, block: slice, top: Array) -> TorqueLimits:
+        """Limits of a block of motions that can bind up to the velocities `top` (M',) [1/s], which it lowers."""
+        every, none = self.torque_limits(block), np.zeros(len(top))
+        within = reachable_velocity(every.acceleration(none), self.robot.drives.filter_time_s, self._ramp_share)
         np.minimum(top, within, out=top)
         return every.binding(*every.steady_bounds(none, top))
 
@@ -157,6 +164,24 @@ class PathTiming:
     def filter_time_s(self) -> float:
         """Length of a full jerk phase. [s]"""
         return self.robot.drives.filter_time_s
+
+    @property
+    def least_cruise_share(self) -> float:
+        """Share of a motion's duration that it cruises at least. [-]"""
+        return self.robot.drives.least_cruise_share
+
+    @property
+    def commanded_velocity(self) -> Array:
+        """Path velocity at full speed by the joints' velocity limits alone, shape (M,). [1/s]"""
+        return np.asarray(self.full_velocity)
+
+    def acceleration_for(self, torque_limited: Array) -> Array:
+        """Path acceleration at full speed, of what torques allow at the peak velocity, each of shape (M,). [1/s2]"""
+        return torque_limited
+
+    def acceleration_share(self, speed_limits: Array) -> Array:
+        """Share of that acceleration at speed limits of any shape. [-]"""
+        return np.ones_like(speed_limits)
 
     @property
     def dead_time_s(self) -> float:

@@ -23,6 +23,7 @@ from robojoule.robots.robot import Robot
 DynamicsEngine = Literal["pinocchio", "recursion"]
 NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
 LIMIT_NODES = 29  # path positions at least where torque limits are looked at
+_FACTOR_NODES = 3  # further nodes for each degree of a curved path: squared slopes, and positions of that degree
 SERIES_TOLERANCE = 1e-9  # of the first neglected coefficient, relative to an amplitude at the highest frequency
 
 
@@ -74,14 +75,22 @@ class PathTorques:
         return chebyshev_nodes(self.coefficients.shape[2])
 
 
-def node_counts(robot: Robot, travel_rad: Array) -> Index:
-    """Numbers of nodes that represent straight paths with joint travels (M, n) [rad] to rounding, shape (M,)."""
+def node_counts(robot: Robot, travel_rad: Array, degree: int = 1) -> Index:
+    """Numbers of nodes that represent the torques along paths to rounding, shape (M,).
+
+    Args:
+        robot: The robot.
+        travel_rad: Joint travels of straight paths, or the largest slopes of curved ones, shape (M, n). [rad]
+        degree: Degree of the paths. Slopes and curvature of curved ones are factors of the torques, so the series must
+            be longer by their degrees.
+    """
     mechanism = robot.mechanism
     across = np.cross(mechanism.placements[0].rotation @ mechanism.axes[0], mechanism.gravity_m_s2)
     turning = (travel_rad[:, 1:] if np.allclose(across, 0.0, atol=1e-12) else travel_rad).sum(axis=1)
     factors = np.arange(1, NODE_LADDER[-1] + 1)
     with np.errstate(divide="ignore"):
-        decay = np.log(turning / 2.0)[:, None] * NODE_LADDER - np.cumsum(np.log(factors))[NODE_LADDER - 1]
+        left = NODE_LADDER - _FACTOR_NODES * (degree - 1)
+        decay = np.log(turning / 2.0)[:, None] * left - np.cumsum(np.log(factors))[left - 1]
     enough = decay <= np.log(SERIES_TOLERANCE)
     far = np.ceil(NODE_LADDER[-1] + 2.0 * turning).astype(np.intp)
     return np.asarray(np.where(enough.any(axis=1), NODE_LADDER[enough.argmax(axis=1)], far))
@@ -171,7 +180,7 @@ def path_torques(
         MissingPackage: Pinocchio is asked for and not installed.
     """
     motions, joints = path.start_rad.shape
-    counts = node_counts(robot, path.travel_rad) if count is None else np.full(motions, count)
+    counts = node_counts(robot, path.steepest_rad, path.degree) if count is None else np.full(motions, count)
     width = int(counts.max(initial=0))
     groups = [np.flatnonzero(counts == k) for k in np.unique(counts)]
     steps = [chebyshev_nodes(int(counts[rows[0]])) for rows in groups]
@@ -181,6 +190,11 @@ def path_torques(
         points.append(at.reshape(joints, -1))
         along.append(np.broadcast_to(path.slopes_rad(rows, nodes).swapaxes(0, 1), at.shape).reshape(joints, -1))
     torques = _at_points(robot, np.concatenate(points, 1), np.concatenate(along, 1), engine)
+    if path.degree > 1:
+        bending = [np.zeros((joints, 0))]
+        for rows, nodes in zip(groups, steps, strict=True):
+            bending.append(path.curvatures_rad(rows, nodes).swapaxes(0, 1).reshape(joints, -1))
+        torques[1] += _at_points(robot, np.concatenate(points, 1), np.concatenate(bending, 1), engine)[0]
     coefficients = np.zeros((motions, 3 * joints, width))
     limit_nodes = np.maximum(LIMIT_NODES, 2 * counts - LIMIT_NODES // 2 + 1)
     values = np.zeros((motions, 3 * joints, int(limit_nodes.max(initial=0))))

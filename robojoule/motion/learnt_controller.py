@@ -58,10 +58,30 @@ class LearntPathTiming(PathTiming):
     @cached_property
     def _first(self) -> Array:
         """Path acceleration at full speed, shape (M,); 1 for motions of zero length. [1/s2]"""
+        if self.controller.acceleration_rad_s2 is None:
+            return self.acceleration_for(self.full_speed[1])
+        return self.acceleration_for(np.ones(self.motions))
+
+    @property
+    def least_cruise_share(self) -> float:
+        """Share of a motion's duration that it cruises at least. [-]"""
+        return self.controller.least_cruise_share
+
+    @property
+    def commanded_velocity(self) -> Array:
+        """Path velocity at full speed by the joints' velocity limits alone, shape (M,). [1/s]"""
+        return self._commanded
+
+    def acceleration_for(self, torque_limited: Array) -> Array:
+        """Path acceleration at full speed; see `PathTiming.acceleration_for`. [1/s2]"""
         limits = self.controller.acceleration_rad_s2
         if limits is None:
-            return self.controller.acceleration_factor * self.full_speed[1]
+            return np.asarray(self.controller.acceleration_factor * torque_limited)
         return np.where(self.moving, least_ratio(limits, self.path.steepest_rad), 1.0)
+
+    def acceleration_share(self, speed_limits: Array) -> Array:
+        """Share of that acceleration at speed limits of any shape. [-]"""
+        return np.asarray(speed_limits**self.controller.acceleration_exponent)
 
     def take_full_speed(self, other: PathTiming, rows: Index | slice) -> None:
         """Take what a search for full speed has found; see `PathTiming.take_full_speed`."""

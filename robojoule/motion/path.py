@@ -5,8 +5,9 @@ q' s', and its rigid-body torques
 
     tau(s) = m(s) s'' + c(s) s'^2 + g(s) ,   m = M q' ,   c = M q'' + C(q, q') q' ,   g = gravity .
 
-Straight lines, the one kind so far, have a constant slope, so that q'' = 0. A kind whose slope changes adds q'' to c,
-for the rotors too, and says between which places it is smooth: one Chebyshev series stands for one smooth piece.
+Straight lines have a constant slope, so that q'' = 0. Curves add q'' to c, for the rotors too. A path is smooth, as one
+Chebyshev series stands for it, and no joint turns back on it, as friction changes its sign there: what is not so comes
+in pieces (`robojoule.motion.corners`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, Index
@@ -52,6 +54,19 @@ class Path(Protocol):
     def slope_series_rad(self, rows: Index | slice) -> Array:
         """Chebyshev coefficients (over 2 s - 1) of the slopes of M' of the paths, shape (M', n, L). [rad]"""
 
+    @property
+    def degree(self) -> int:
+        """Degree of the paths as polynomials in s; their curvature is zero if it is 1."""
+
+    def curvatures_rad(self, rows: Index | slice, s: Array) -> Array:
+        """Second derivatives d2q/ds2 of M' of the paths at path positions (K,) [-], shape (M', n, K). [rad]"""
+
+    def curvature_series_rad(self, rows: Index | slice) -> Array:
+        """Chebyshev coefficients (over 2 s - 1) of the curvatures of M' of the paths, shape (M', n, L). [rad]"""
+
+    def of(self, rows: Index | slice) -> Path:
+        """Some of the paths."""
+
 
 @dataclass(frozen=True, eq=False)
 class StraightPath:
@@ -81,6 +96,15 @@ class StraightPath:
         """See `Path`. [rad]"""
         return np.abs(self.delta_rad)
 
+    @property
+    def degree(self) -> int:
+        """See `Path`."""
+        return 1
+
+    def of(self, rows: Index | slice) -> StraightPath:
+        """See `Path`."""
+        return StraightPath(self.start_rad[rows], self.delta_rad[rows])
+
     def positions_rad(self, rows: Index | slice, s: Array) -> Array:
         """See `Path`. [rad]"""
         return np.asarray(self.start_rad[rows].T[..., None] + self.delta_rad[rows].T[..., None] * s)
@@ -92,3 +116,98 @@ class StraightPath:
     def slope_series_rad(self, rows: Index | slice) -> Array:
         """See `Path`: one coefficient. [rad]"""
         return self.delta_rad[rows][:, :, None]
+
+    def curvatures_rad(self, rows: Index | slice, s: Array) -> Array:
+        """See `Path`: none. [rad]"""
+        return np.zeros((*self.delta_rad[rows].shape, 1))
+
+    def curvature_series_rad(self, rows: Index | slice) -> Array:
+        """See `Path`: none. [rad]"""
+        return np.zeros((*self.delta_rad[rows].shape, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class CurvedPath:
+    """Polynomials q(s) = sum_k c_k s^k along which no joint turns back; see `Path`.
+
+    Slopes must have their extremes at the ends, as those of corners have.
+
+    Attributes:
+        coefficients_rad: c_k, shape (M, n, K). [rad]
+    """
+
+    coefficients_rad: Array
+
+    @property
+    def start_rad(self) -> Array:
+        """See `Path`. [rad]"""
+        return self.coefficients_rad[:, :, 0]
+
+    @property
+    def delta_rad(self) -> Array:
+        """See `Path`. [rad]"""
+        return np.asarray(self.coefficients_rad[:, :, 1:].sum(axis=2))
+
+    @property
+    def travel_rad(self) -> Array:
+        """See `Path`: a joint only turns one way. [rad]"""
+        return np.abs(self.delta_rad)
+
+    @property
+    def steepest_rad(self) -> Array:
+        """See `Path`. [rad]"""
+        ends = np.abs(_values(_derivative(self.coefficients_rad), np.array([0.0, 1.0])))
+        return np.asarray(ends.max(axis=2))
+
+    @property
+    def degree(self) -> int:
+        """See `Path`."""
+        return int(self.coefficients_rad.shape[2]) - 1
+
+    def of(self, rows: Index | slice) -> CurvedPath:
+        """See `Path`."""
+        return CurvedPath(self.coefficients_rad[rows])
+
+    def positions_rad(self, rows: Index | slice, s: Array) -> Array:
+        """See `Path`. [rad]"""
+        return _values(self.coefficients_rad[rows], s).swapaxes(0, 1)
+
+    def slopes_rad(self, rows: Index | slice, s: Array) -> Array:
+        """See `Path`. [rad]"""
+        return _values(_derivative(self.coefficients_rad[rows]), s)
+
+    def slope_series_rad(self, rows: Index | slice) -> Array:
+        """See `Path`. [rad]"""
+        return _series(_derivative(self.coefficients_rad[rows]))
+
+    def curvatures_rad(self, rows: Index | slice, s: Array) -> Array:
+        """See `Path`. [rad]"""
+        return _values(_derivative(_derivative(self.coefficients_rad[rows])), s)
+
+    def curvature_series_rad(self, rows: Index | slice) -> Array:
+        """See `Path`. [rad]"""
+        return _series(_derivative(_derivative(self.coefficients_rad[rows])))
+
+
+def _derivative(coefficients: Array) -> Array:
+    """Coefficients of the derivatives of polynomials, (M, n, K) -> (M, n, K - 1)."""
+    return np.asarray(coefficients[:, :, 1:] * np.arange(1.0, coefficients.shape[2]))
+
+
+def _values(coefficients: Array, s: Array) -> Array:
+    """Values of polynomials (M, n, K) at (P,) or (M, P), shape (M, n, P)."""
+    at = s[None, None] if s.ndim == 1 else s[:, None]
+    total = np.zeros(np.broadcast_shapes((*coefficients.shape[:2], 1), at.shape))
+    for k in range(coefficients.shape[2] - 1, -1, -1):
+        total = total * at + coefficients[:, :, k, None]
+    return total
+
+
+def _series(coefficients: Array) -> Array:
+    """Chebyshev coefficients over x = 2 s - 1 of polynomials in s, same shape."""
+    size = coefficients.shape[2]
+    table, power = np.zeros((size, size)), np.array([1.0])
+    for k in range(size):
+        table[k, : k + 1] = power
+        power = chebyshev.chebmul(power, [0.5, 0.5])
+    return np.asarray(coefficients @ table)

@@ -9,6 +9,7 @@ rate. Inverse dynamics and time laws come from the library's own engines unless 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -108,7 +109,9 @@ class MotionSamples:
 
 
 class MotionPaths:
-    """Physics of M motions of one robot along joint-space paths, which are straight lines so far.
+    """Physics of M motions of one robot, each along one smooth joint-space path.
+
+    That is a straight line, or else a piece of a blended motion (`robojoule.motion.blends`).
 
     Motions of zero length are allowed: they take no time and no energy.
 
@@ -131,9 +134,21 @@ class MotionPaths:
         controller: Robot | None = None,
         engines: Engines = OWN_ENGINES,
     ) -> None:
+        self._follow(robot, StraightPath.between(start_rad, end_rad), controller, engines)
+
+    @classmethod
+    def along(
+        cls, robot: Robot, path: Path, controller: Robot | None = None, engines: Engines = OWN_ENGINES
+    ) -> MotionPaths:
+        """Motions along paths of any kind."""
+        made = cls.__new__(cls)
+        made._follow(robot, path, controller, engines)
+        return made
+
+    def _follow(self, robot: Robot, path: Path, controller: Robot | None, engines: Engines) -> None:
         self.robot = robot
         self.engines = engines
-        self.path: Path = StraightPath.between(start_rad, end_rad)
+        self.path: Path = path
         self.start_rad, self.delta_rad = self.path.start_rad, self.path.delta_rad
         self.motions = len(self.start_rad)
         engine = engines.inverse_dynamics
@@ -156,6 +171,12 @@ class MotionPaths:
         other.timing = LearntPathTiming(self.timing.robot, self.timing.torques, self.path, controller)
         other.timing.take_full_speed(self.timing, slice(None))
         return other
+
+    @property
+    def standing_torque_nm(self) -> tuple[Array, Array]:
+        """Gravity torques at the start and at the end of each motion, each of shape (M, n). [Nm]"""
+        gravity = self.torques.at_nodes[2]
+        return gravity[:, 0], gravity[:, -1]
 
     @property
     def idle_power_start_w(self) -> Array:
@@ -216,23 +237,32 @@ class MotionPaths:
         """Run every motion at speed limits (shapes as in `peak_velocities`)."""
         velocity, acceleration = self.peak_velocities(speed_limits), self.timing.accelerations(speed_limits)
         limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
-        arrays = {field.name: np.zeros_like(velocity) for field in fields(MotionRuns)}
-        arrays["speed_limit"] = limits
-        arrays["torque_square_integral_nm2_s"] = np.zeros((*velocity.shape, self.robot.joint_count))
+        arrays = self.runs_by(limits, lambda rows: self.laws(velocity[rows], rows, acceleration[rows]))
+        if self.timing.dead_time_s != 0.0:
+            self.add_dead_time(arrays)
+        return MotionRuns(**arrays)
+
+    def runs_by(self, speed_limits: Array, law_of: Callable[[Index], PathLaw]) -> dict[str, Array]:
+        """Figures of runs by given time laws, without dead times: the fields of `MotionRuns` by their names.
+
+        Args:
+            speed_limits: Shape (M, S). [-]
+            law_of: Laws of some moving motions (M'), arrays of shape (M', S, 7).
+        """
+        arrays = {field.name: np.zeros_like(speed_limits) for field in fields(MotionRuns)}
+        arrays["speed_limit"] = speed_limits
+        arrays["torque_square_integral_nm2_s"] = np.zeros((*speed_limits.shape, self.robot.joint_count))
         counts = self.torques.counts
         for count in np.unique(counts[self.moving]):
             rows = np.flatnonzero(self.moving & (counts == count))
-            block = max(1, _BLOCK_RUNS // velocity.shape[1])
+            block = max(1, _BLOCK_RUNS // speed_limits.shape[1])
             for first in range(0, len(rows), block):
                 part = rows[first : first + block]
-                law = self.laws(velocity[part], part, acceleration[part])
-                for name, values in self._runs(part, law, self._quadrature(int(count))).items():
+                for name, values in self._runs(part, law_of(part), self._quadrature(int(count))).items():
                     arrays[name][part] = values
-        if self.timing.dead_time_s != 0.0:
-            self._add_dead_time(arrays)
-        return MotionRuns(**arrays)
+        return arrays
 
-    def _add_dead_time(self, arrays: dict[str, Array]) -> None:
+    def add_dead_time(self, arrays: dict[str, Array]) -> None:
         """Add what motions stand beyond their time laws, at the power of standing where they end."""
         drives, dead = self.robot.drives, self.timing.dead_time_s * self.moving[:, None]
         torque = self.torques.at_nodes[2][:, -1]
@@ -308,6 +338,10 @@ class MotionPaths:
         slope, turning = self.path.slopes_rad(rows, s), self.path.slope_series_rad(rows)
         coefficients = torques.coefficients[rows, :, :count]
         coefficients[:, :joints, : turning.shape[2]] += drives.reflected_inertia_kg_m2[:, None] * turning
+        if self.path.degree > 1:
+            bending = self.path.curvature_series_rad(rows)
+            rotors = drives.reflected_inertia_kg_m2[:, None] * bending
+            coefficients[:, joints : 2 * joints, : bending.shape[2]] += rotors
         series = np.matmul(coefficients, chebyshev_basis(s, count).swapaxes(1, 2))
         # Arrays of shape (M', n, P) keep states side by side; the law reads them as views of shape (M', P, n).
         load, centrifugal, gravity = (series[:, k * joints : (k + 1) * joints] for k in range(3))
@@ -315,7 +349,8 @@ class MotionPaths:
         centrifugal *= (s1**2)[:, None]
         load += centrifugal
         load += gravity
-        return drive_powers(drives, *(x.swapaxes(1, 2) for x in (np.sign(slope), slope * s1[:, None], load)))
+        direction = np.sign(self.delta_rad[rows])[:, :, None]
+        return drive_powers(drives, *(x.swapaxes(1, 2) for x in (direction, slope * s1[:, None], load)))
 
     def sample(self, index: int, speed_limit: float, rate_hz: float = 250.0) -> MotionSamples:
         """Time series of one run at a fixed rate, plus the final instant."""

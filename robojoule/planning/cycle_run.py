@@ -20,6 +20,7 @@ from robojoule.robots.robot import Robot
 from robojoule.robots.standby import StandbyMode, standing_energy_j
 
 SAME_POSITION_RAD = 1e-6
+OPEN_CYCLE = "the cycle ends elsewhere than it starts: the way back is not part of it"
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,7 @@ class CycleRun:
         standby_saving_j: What standby modes save on its waits against motors that hold. [J]
         standby: Those modes; none: motors hold.
         end_standing_s: How long the robot stands at the end of the cycle, and on into the next one. [s]
+        warnings: What to know about it, a sentence each, where a program was simulated for itself.
     """
 
     names: tuple[str, ...]
@@ -84,6 +86,7 @@ class CycleRun:
     standby_saving_j: float = 0.0
     standby: tuple[StandbyMode, ...] = ()
     end_standing_s: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -123,6 +126,7 @@ class CycleRun:
             "peak_power_w": self.peak_power_w,
             "standby_saving_j": self.standby_saving_j,
             "moves": [asdict(move) for move in self.moves],
+            "warnings": list(self.warnings),
         }
 
 
@@ -162,7 +166,7 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     if not closes(tree):
-        found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
+        found.append(OPEN_CYCLE)
     return tuple(found)
 
 
@@ -187,7 +191,7 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     prior = np.array([v.least_prior_wait_s + moves[v.moves[0]].added_wait_before_s for v in vertices])
     post = np.array([v.least_post_wait_s + moves[v.moves[-1]].added_wait_after_s for v in vertices])
     durations, peak_powers = runs.duration_s[rows, k], runs.peak_power_w[rows, k]
-    standing_j, saved_j = _standing_energies(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
+    standing_j, saved_j = standing_energies_j(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
     vertex_energies = runs.energy_j[rows, k] + standing_j
     cycle_time_s = float((prior + durations + post).sum())
     standing = batch.paths.torques.at_nodes[2][rows] ** 2  # squared gravity torques, which motors hold in waits
@@ -212,7 +216,7 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     )
 
 
-def _standing_energies(
+def standing_energies_j(
     robot: Robot, tree: OperationTree, prior_s: Array, post_s: Array, idle_prior_w: Array, idle_post_w: Array
 ) -> tuple[Array, float]:
     """Energy of the waits of each of V motions, shape (V,), and what standby modes save on all of them. [J]"""

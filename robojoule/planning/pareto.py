@@ -168,6 +168,7 @@ class TradeOff:
         runs: Simulated runs of all motions.
         fastest: Simulation of the fastest cycle, in which powers and torques are largest, if there is one.
         warnings: What to know before a cycle time is chosen, a sentence each.
+        profiles: Profile of each movement that the curve is made of.
     """
 
     program: str
@@ -178,6 +179,7 @@ class TradeOff:
     runs: int
     fastest: CycleRun | None = None
     warnings: tuple[str, ...] = ()
+    profiles: tuple[PiecewiseLinearProfile, ...] = ()
 
     def __repr__(self) -> str:
         return f"TradeOff({self.program!r} on {self.robot!r}: {self.curve!r})"
@@ -248,7 +250,17 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
         )
         runs = int(profiles.runs[rows].sum())
         robot = batch.robot
-        result.append(TradeOff(batch.trees[tree].name, robot.name, float(robot.payload.mass_kg), curve, bound, runs))
+        result.append(
+            TradeOff(
+                program=batch.trees[tree].name,
+                robot=robot.name,
+                payload_kg=float(robot.payload.mass_kg),
+                curve=curve,
+                bound=bound,
+                runs=runs,
+                profiles=tuple(pair.above for pair in pairs),
+            )
+        )
     return result
 
 
@@ -270,4 +282,12 @@ def trade_off_on(source: ProfileSource, batch: TreeBatch) -> TradeOff:
         for side in ([one.above for one in known], [one.below for one in known])
     )
     robot = batch.robot
-    return TradeOff(batch.trees[0].name, robot.name, float(robot.payload.mass_kg), curve, bound, 0)
+    return TradeOff(
+        program=batch.trees[0].name,
+        robot=robot.name,
+        payload_kg=float(robot.payload.mass_kg),
+        curve=curve,
+        bound=bound,
+        runs=0,
+        profiles=tuple(one.above for one in known),
+    )

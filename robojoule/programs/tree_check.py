@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import CompoundOperation, MoveOperation, Operation, OperationTree
+from robojoule.programs.operation_tree import (
+    CompoundOperation,
+    MoveOperation,
+    Operation,
+    OperationTree,
+    UnknownOperation,
+)
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
@@ -41,6 +47,8 @@ def check_tree(
     for key, operation in tree.walk():
         if isinstance(operation, MoveOperation):
             configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
+        elif isinstance(operation, UnknownOperation) and operation.target_rad is not None:
+            configurations.append((f"{key}.target_rad", f"operation '{operation.name}'", operation.target_rad))
     for key, what, values in configurations:
         try:
             is_mapped = mapping is not None and len(values) == robot.joint_count

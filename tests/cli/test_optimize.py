@@ -118,8 +118,8 @@ BAD = {
     "not finite": (["PROGRAM", "--cycle-time", "nan"], "--cycle-time: 'nan' is not a valid cycle time; "),
     "no program": (["none.yaml", "--cycle-time", "3"], "none.yaml: there is no such file"),
     "type of program": (
-        ["PROGRAM.src", "--cycle-time", "3"],
-        "unknown file type '.src'; allowed: .yaml, .yml, .json (",
+        ["PROGRAM.txt", "--cycle-time", "3"],
+        "unknown file type '.txt'; allowed: .yaml, .yml, .json (",
     ),
     "type of output": (
         ["PROGRAM", "--cycle-time", "3", "--out", "a.txt"],

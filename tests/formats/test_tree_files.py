@@ -84,7 +84,7 @@ def insert(*path, value):
 
 OPS, IN_GROUP = ("operations",), ("operations", 1, "operations")
 WAIT = {"type": "wait", "name": "w", "duration_s": 1}
-TYPES = "allowed: compound, move, wait, process"
+TYPES = "allowed: compound, move, wait, process, unknown"
 MOVE_KEYS = (
     "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, speed_limit_percent, target_deg, "
     "target_rad, type, wait_after_s, wait_before_s, zone"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robojoule.motion.corners import Corners
 from robojoule.motion.dynamics import (
     LIMIT_NODES,
     chebyshev_basis,
@@ -17,6 +18,7 @@ from robojoule.motion.path import StraightPath
 from robojoule.robots import list_robots, load_robot
 from robojoule.robots.robot import Payload, Robot
 from tests.core_cases import hard_paths, kr16, random_motions
+from tests.motion.chains import random_chains
 from tests.robots.arms import arm_file, random_mechanism
 
 
@@ -171,3 +173,17 @@ def test_engines_agree_along_paths_of_every_robot(name):
     found, expected = (path_torques(arm, path, engine=engine).at_nodes for engine in ("recursion", "pinocchio"))
     for own, theirs in zip(found, expected, strict=True):
         assert np.abs(own - theirs).max() <= 1e-9 * np.abs(theirs).max()
+
+
+def test_curves_need_no_more_nodes_than_they_get():
+    """Corners with their curvature: the series of their own number of nodes against one of many more."""
+    robot = kr16()
+    pieces = Corners.of(robot, random_chains(robot)).pieces
+    torques, exact = path_torques(robot, pieces), path_torques(robot, pieces, 60)
+    s = np.linspace(0.0, 1.0, 50)
+    found, expected = (
+        np.matmul(one.coefficients, chebyshev_basis(s, one.coefficients.shape[2]).T) for one in (torques, exact)
+    )
+    size = np.abs(expected).max(axis=2, keepdims=True)
+    assert np.abs(found - expected).max() <= 1e-7 * size.max()
+    assert (np.abs(found - expected) <= 1e-6 * size + 1e-9).all()

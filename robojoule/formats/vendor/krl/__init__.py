@@ -1,0 +1,1 @@
+"""KUKA KRL: .src files with the .dat that goes with them."""

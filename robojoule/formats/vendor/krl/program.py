@@ -1,0 +1,192 @@
+"""KRL programs: a .src with its .dat, read and written together."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+
+from robojoule.errors import InputError
+from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in
+from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
+from robojoule.formats.vendor.krl.syntax import Line, read_lines, routines
+from robojoule.formats.vendor.krl.targets import Frames
+from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
+from robojoule.formats.vendor.trace import Beside, Trace, Wish
+
+
+class KrlProgram:
+    """A parsed KRL program; see `robojoule.formats.vendor.trace.VendorProgram`."""
+
+    wait_step_s = 1e-6
+
+    def __init__(self, sources: tuple[SourceText, ...]) -> None:
+        self.sources = sources
+        self.lines = [read_lines(source, file) for file, source in enumerate(sources)]
+        self.routines = routines(self.lines[0])
+        self._machine: Machine | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the program: that of its file."""
+        return self.sources[0].path.stem
+
+    def trace(self, beside: Beside) -> Trace:
+        """See `robojoule.formats.vendor.trace.VendorProgram`."""
+        data = self.lines[1] if len(self.lines) > 1 else []
+        machine = Machine(self.routines, data, Frames(beside))
+        machine.run(self.routines[0])
+        self._machine = machine
+        return Trace(tuple(machine.events), tuple(machine.notes.values()))
+
+    @cached_property
+    def _folds(self) -> dict[int, Fold]:
+        return motion_folds(self.lines[0])
+
+    @cached_property
+    def _motions(self) -> dict[int, Line]:
+        return {line.code_start: line for line in self.lines[0] if line.kind == "motion"}
+
+    def speed_edits(self, wishes: Mapping[int, Wish]) -> list[Edit]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`.
+
+        A number is changed where it stands, as far as it sets the speed of the first motion that takes it. Where
+        motions that share it need other speeds, a line before them sets these.
+        """
+        if not wishes:
+            return []
+        assert self._machine is not None
+        settings, executions = self._machine.settings, self._machine.executions
+        wanted = {one: wishes[one].percent if one in wishes else setting.percent for one, setting in settings.items()}
+        edits: dict[Span, Edit] = {}
+        in_force: dict[int, float | None] = {}
+        first: dict[Span, int] = {}
+        for one in executions:
+            if one.origin is not None:
+                first.setdefault(one.origin, one.statement)
+            taker = first.get(one.origin, one.statement) if one.origin is not None else one.statement
+            own = one.origin is not None and (one.set_by < 0 or not self._has_bystanders or self._in_fold(one.origin))
+            in_force.setdefault(one.set_by, wanted[taker] if own else settings[one.statement].percent)
+            if own and one.origin is not None and taker in wishes:
+                edits[one.origin] = Edit(one.origin, self._number(one.origin, wishes[taker].percent))
+        for statement in self._to_insert(in_force, wanted):
+            if (percent := wanted[statement]) is not None:
+                edits |= {edit.span: edit for edit in self._insertions(statement, percent)}
+        for statement, wish in wishes.items():
+            for span in self._told_speeds(statement):
+                edits.setdefault(span, Edit(span, self._number(span, wish.percent)))
+        edits |= self._data_edits(wishes, settings)
+        return list(edits.values())
+
+    def _to_insert(self, in_force: Mapping[int, float | None], wanted: Mapping[int, float | None]) -> list[int]:
+        """Motions before which a line must set the speed, by their order in the text."""
+        assert self._machine is not None
+        found: set[int] = set()
+        while True:
+            before, now = len(found), dict(in_force)
+            for one in self._machine.executions:
+                if one.statement not in found and now[one.set_by] != wanted[one.statement]:
+                    found.add(one.statement)
+                if one.statement in found and not self._has_bystanders:
+                    now[one.set_by] = wanted[one.statement]
+            if len(found) == before:
+                return sorted(found)
+
+    @cached_property
+    def _has_bystanders(self) -> bool:
+        """Whether motions that did not run may take their speed from the same settings as those that did."""
+        assert self._machine is not None
+        ran = self._machine.settings.keys()
+        others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]
+        return any("PTP" in line.code.upper()[:4] and "$VEL_AXIS" not in line.code.upper() for line in others)
+
+    def _in_fold(self, origin: Span) -> bool:
+        """Whether a number belongs to one motion's fold."""
+        line = self.sources[origin.file].line(origin.start) - 1
+        return origin.file == 0 and any(fold.first <= line <= fold.last for fold in self._folds.values())
+
+    def _number(self, span: Span, percent: float) -> str:
+        """A number with as many decimals as the one that it replaces, if that says it."""
+        old = self.sources[span.file].text[span.start : span.end]
+        plain = _plain(percent)
+        decimals = len(old.partition(".")[2]) if "E" not in old.upper() else 0
+        fixed = f"{percent:.{decimals}f}"
+        return fixed if float(fixed) == float(plain) else plain
+
+    def _insertions(self, statement: int, percent: float) -> list[Edit]:
+        """A line before a motion that sets the speed of axes, and one behind it where others need what was before."""
+        assert self._machine is not None
+        line, end = self._motions[statement], self.sources[0].line_end
+        edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{_plain(percent)}){end}")]
+        before = self._machine.settings[statement].percent
+        if self._has_bystanders and before is not None:
+            text = f"{line.indent}BAS(#VEL_PTP,{_plain(before)})"
+            edits.append(self._behind(line, text))
+        return edits
+
+    def _behind(self, line: Line, text: str) -> Edit:
+        """A further line behind a line; the last one of a file may have no end."""
+        end = self.sources[0].line_end
+        is_cut = line.end == line.start + len(line.text)
+        return Edit(Span(line.end, line.end), f"{end}{text}" if is_cut else f"{text}{end}")
+
+    def _told_speeds(self, statement: int) -> list[Span]:
+        fold = self._folds.get(statement)
+        return [] if fold is None else list(speeds_in(self.lines[0][fold.first : fold.last + 1]))
+
+    def _data_edits(self, wishes: Mapping[int, Wish], settings: Mapping[int, Setting]) -> dict[Span, Edit]:
+        """Velocities of motion data that were in step with the speeds of their motions, and still can be."""
+        users: dict[Span, set[int]] = defaultdict(set)
+        values: dict[Span, float] = {}
+        for statement, setting in settings.items():
+            for number in setting.data:
+                if number.origin is not None:
+                    users[number.origin].add(statement)
+                    values[number.origin] = number.value
+        found = {}
+        for span, statements in users.items():
+            wanted = {wishes[one].percent if one in wishes else None for one in statements}
+            in_step = all(settings[one].percent == values[span] for one in statements)
+            if in_step and len(wanted) == 1 and (percent := wanted.pop()) is not None:
+                found[span] = Edit(span, self._number(span, percent))
+        return found
+
+    def wait_edit(self, statement: int, seconds: float, *, before: bool) -> Edit:
+        """See `robojoule.formats.vendor.trace.VendorProgram`."""
+        line, fold = self._motions[statement], self._folds.get(statement)
+        lines, source = self.lines[0], self.sources[0]
+        first, last = (lines[fold.first], lines[fold.last]) if fold is not None else (line, line)
+        text = f"{first.indent}WAIT SEC {self.wait_text(seconds)} {ADDED}: wait added by a plan"
+        if before:
+            return Edit(Span(first.start, first.start), f"{text}{source.line_end}")
+        return self._behind(last, text)
+
+    def wait_text(self, seconds: float) -> str:
+        """See `robojoule.formats.vendor.trace.VendorProgram`."""
+        whole, _, part = f"{seconds:.6f}".rstrip("0").partition(".")
+        return f"{whole}.{part or '0'}"
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
+        return tuple(texts)
+
+
+def _plain(percent: float) -> str:
+    return f"{percent:.6f}".rstrip("0").rstrip(".")
+
+
+def read_krl(path: Path) -> KrlProgram:
+    """Read a .src file and the .dat of the same name beside it, if there is one.
+
+    Raises:
+        InputError: One of them cannot be read.
+    """
+    if path.suffix.lower() == ".dat":
+        raise InputError("a .dat holds no program", file=path, allowed="its .src")
+    sources = [read_source(path)]
+    for suffix in (".dat", ".DAT", ".Dat"):
+        if (beside := path.with_suffix(suffix)).is_file():
+            sources.append(read_source(beside))
+            break
+    return KrlProgram(tuple(sources))

@@ -1,0 +1,209 @@
+"""Lines of KRL and their blocks: DEF, IF, FOR ... each with the lines within."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from lark import Lark, Token, Tree
+from lark.exceptions import LarkError
+
+from robojoule.formats.vendor.text import SourceText, Span, lines_of
+
+Node = Tree[Token]
+_OPENING = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "repeat": "until", "loop": "endloop"}
+_OPENING |= {"switch": "endswitch", "spline": "endspline"}
+_DIVIDING = {"else_": "if_", "case": "switch", "default": "switch"}
+_DEEPEST = 100  # blocks within each other
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One line.
+
+    Attributes:
+        number: Its number, from 1 on.
+        start: Its first character in the file.
+        end: The first one of the next line.
+        text: The line without its end.
+        code: Its code without white space around it; empty where there is none.
+        code_start: First character of the code in the file.
+        comment: What stands behind `;`, with it.
+        tree: The parsed code; None: there is none, or it was not understood.
+        file: 0 for the .src, 1 for the .dat.
+    """
+
+    number: int
+    start: int
+    end: int
+    text: str
+    code: str
+    code_start: int
+    comment: str
+    tree: Node | None
+    file: int
+
+    @property
+    def kind(self) -> str:
+        """What the line is: the rule of the grammar."""
+        return str(self.tree.data) if self.tree is not None else ""
+
+    @property
+    def indent(self) -> str:
+        """White space before it."""
+        return self.text[: len(self.text) - len(self.text.lstrip())]
+
+    def span(self, node: Token | Node) -> Span:
+        """Where a part of the code stands in the file."""
+        if isinstance(node, Token):
+            first, last = node.start_pos or 0, node.end_pos or 0
+        else:
+            first, last = node.meta.start_pos, node.meta.end_pos
+        return Span(self.code_start + first, self.code_start + last, self.file)
+
+
+@dataclass(eq=False)
+class Block:
+    """Lines that run together.
+
+    Attributes:
+        head: The line that opens it.
+        body: Lines and blocks within.
+        parts: Further parts: ELSE, CASE, DEFAULT, each with the line that opens it.
+        foot: The line that closes it; None: it is never closed.
+    """
+
+    head: Line
+    body: list[Line | Block] = field(default_factory=list)
+    parts: list[tuple[Line, list[Line | Block]]] = field(default_factory=list)
+    foot: Line | None = None
+
+    def lines(self) -> Iterator[Line]:
+        """All lines within, at any depth."""
+        for body in (self.body, *(part for _, part in self.parts)):
+            yield from within(body)
+
+
+def within(body: list[Line | Block]) -> Iterator[Line]:
+    """All lines of a body, at any depth."""
+    for one in body:
+        if isinstance(one, Block):
+            yield one.head
+            yield from one.lines()
+        else:
+            yield one
+
+
+@dataclass(frozen=True, eq=False)
+class Routine:
+    """A program or a subprogram.
+
+    Attributes:
+        name: Its name in capitals.
+        parameters: Names of its parameters in capitals.
+        body: What it does.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    body: list[Line | Block]
+
+
+@cache
+def _grammar() -> Lark:
+    text = Path(__file__).with_name("krl.lark").read_text(encoding="utf-8")
+    return Lark(text, parser="lalr", start="line", propagate_positions=True, maybe_placeholders=False)
+
+
+def read_lines(source: SourceText, file: int) -> list[Line]:
+    """The lines of a file."""
+    found, start = [], 0
+    for number, raw in enumerate(lines_of(source.text), start=1):
+        text = raw.rstrip("\r\n")
+        found.append(_line(number, start, start + len(raw), text, file))
+        start += len(raw)
+    return found
+
+
+def _line(number: int, start: int, end: int, text: str, file: int) -> Line:
+    split = _comment_start(text)
+    code = text[:split].strip().lstrip("\ufeff")
+    code_start = start + (text.index(code) if code else 0)
+    tree = None if not code or code.startswith("&") else _parsed(code)
+    return Line(
+        number, start, end, text, code if not code.startswith("&") else "", code_start, text[split:], tree, file
+    )
+
+
+def _comment_start(text: str) -> int:
+    """Where the comment of a line begins: at the first `;` outside of texts."""
+    quoted = False
+    for place, letter in enumerate(text):
+        if letter == '"':
+            quoted = not quoted
+        elif letter == ";" and not quoted:
+            return place
+    return len(text)
+
+
+def _parsed(code: str) -> Node | None:
+    try:
+        return _grammar().parse(code)
+    except (LarkError, RecursionError):
+        return None
+
+
+def routines(lines: list[Line]) -> list[Routine]:
+    """The routines of a .src file; lines outside of them are none of theirs."""
+    found: list[Routine] = []
+    inside: list[Line] | None = None
+    head: Line | None = None
+    for line in lines:
+        if line.kind in ("def_", "deffct"):
+            if head is not None and inside is not None:
+                found.append(_routine(head, inside))
+            head, inside = line, []
+        elif line.kind == "end" and head is not None and inside is not None:
+            found.append(_routine(head, inside))
+            head = inside = None
+        elif inside is not None:
+            inside.append(line)
+    if head is not None and inside is not None:  # files that are cut off, or leave END out
+        found.append(_routine(head, inside))
+    if not found:
+        found.append(Routine("", (), blocks(lines)))
+    return found
+
+
+def _routine(head: Line, lines: list[Line]) -> Routine:
+    assert head.tree is not None
+    names = [str(token).upper() for token in head.tree.children if isinstance(token, Token)]
+    parameters = [
+        str(one.children[0]).upper() for one in head.tree.find_data("parameter") if isinstance(one.children[0], Token)
+    ]
+    return Routine(names[-1], tuple(parameters), blocks(lines))
+
+
+def blocks(lines: list[Line]) -> list[Line | Block]:
+    """Lines as blocks; an end without a beginning is a line of its own."""
+    top: list[Line | Block] = []
+    stack: list[tuple[Block, list[Line | Block]]] = []
+    body = top
+    for line in lines:
+        kind = line.kind
+        if kind in _OPENING and len(stack) < _DEEPEST:
+            block = Block(line)
+            body.append(block)
+            stack.append((block, body))
+            body = block.body
+        elif stack and _DIVIDING.get(kind) == stack[-1][0].head.kind:
+            body = []
+            stack[-1][0].parts.append((line, body))
+        elif stack and kind == _OPENING[stack[-1][0].head.kind]:
+            stack[-1][0].foot = line
+            _, body = stack.pop()
+        else:
+            body.append(line)
+    return top

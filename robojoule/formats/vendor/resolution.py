@@ -1,0 +1,400 @@
+"""Operation trees of vendors' programs: positions followed from motion to motion, speeds as shares of the limits."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robojoule.errors import InputError
+from robojoule.formats.vendor.poses import NotKnown, Poses, Position
+from robojoule.formats.vendor.speeds import leading_share, path_duration_s, percent_for_duration, snapped
+from robojoule.formats.vendor.trace import (
+    CycleStart,
+    Event,
+    JointTarget,
+    Load,
+    Motion,
+    NeedsRobot,
+    Note,
+    PoseTarget,
+    Trace,
+    Unknown,
+    Wait,
+)
+from robojoule.inputs import counted
+from robojoule.programs.operation_tree import (
+    FORMAT,
+    FORMAT_VERSION,
+    LEAST_SPEED_PERCENT,
+    CoarseZone,
+    MoveOperation,
+    OperationTree,
+    UnknownOperation,
+    WaitOperation,
+)
+from robojoule.robots.pendant_file import Angles
+from robojoule.robots.rigid_body import Placement
+from robojoule.robots.robot import Robot
+
+LEAST_RADIUS_M = 1e-6
+SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
+SAME_POSITION_RAD = 1e-6
+LATE_S = 1e-3  # by which a path motion may be off before that is said
+_RADIUS_PER_SHARE_M = 0.1  # what stands for a share of the way while no robot is known; nothing is computed with it
+
+
+@dataclass(frozen=True)
+class Execution:
+    """One execution of a motion that is part of the tree.
+
+    Attributes:
+        motion: The motion.
+        start_rad: Where it begins, angles as the program counts them. [rad]
+        target_rad: Where it ends. [rad]
+    """
+
+    motion: Motion
+    start_rad: Position
+    target_rad: Position
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """A program as an operation tree.
+
+    Attributes:
+        tree: The tree; its `angles` say how its numbers count.
+        places: Lines of start and targets by their keys, for messages.
+        notes: What is kept, assumed or not known, in the order of lines.
+        executions: Motions by the names of their moves in the tree.
+        added: Waits of an earlier plan by the name of their move, and whether they stand before it.
+    """
+
+    tree: OperationTree
+    places: Mapping[str, str]
+    notes: tuple[Note, ...]
+    executions: Mapping[str, Execution]
+    added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
+
+
+def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
+    """The operation tree of a program.
+
+    Args:
+        trace: What the program does.
+        name: Name of the tree.
+        robot: Robot that executes it; None: joint angles and shares of speed limits must be enough.
+        angles: How the program counts joint angles.
+
+    Raises:
+        NeedsRobot: A robot must be given; names the line.
+        InputError: There is nothing that can be planned; says why.
+    """
+    first = _Resolver(trace, name, robot, angles, None)
+    found = first.resolution()
+    if first.cycles and first.position is not None and first.start is not None:
+        away = np.abs(np.subtract(first.position, first.start)).max()
+        if away > SAME_POSITION_RAD:  # a further pass begins where the one before ended
+            return _Resolver(trace, name, robot, angles, first.position).resolution()
+    return found
+
+
+class _Resolver:
+    """Follows the events of a trace."""
+
+    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles, entry: Position | None) -> None:
+        self.trace = trace
+        self.name = name
+        self.robot = robot
+        self.angles: Angles = angles
+        self.poses = None if robot is None else Poses(robot, angles)
+        self.entry = entry
+        self.notes = {(note.line, note.text): note for note in trace.notes}
+        self.position: Position | None = None
+        self.external: dict[str, float] = {}
+        self.repeated = Counter(event.statement for event in trace.events if isinstance(event, Motion))
+        self.labels = Counter(event.label for event in trace.events if isinstance(event, Motion))
+        self.cycles = False
+        self.lost_line = 0
+        self._begin(None, 0)
+
+    def _begin(self, start: Position | None, line: int) -> None:
+        """The cycle begins here; what came before happens once."""
+        self.start, self.start_line = start, line
+        self.operations: list[MoveOperation | WaitOperation | UnknownOperation] = []
+        self.lines: list[int] = []
+        self.executions: dict[str, Execution] = {}
+        self.added: dict[tuple[str, bool], list[Wait]] = {}
+        self.first_waits: list[Wait] = []
+        self.numbers: Counter[str] = Counter()
+
+    def resolution(self) -> Resolution:
+        """The tree and what is to be known of it."""
+        events = self.trace.events
+        for index, event in enumerate(events):
+            following = events[index + 1] if index + 1 < len(events) else None
+            self._take(event, following)
+        if self.start is None or not self.executions:
+            kept = next(iter(self.notes.values()), None)
+            problem = "there is no motion between known positions that a plan could change"
+            raise InputError(problem + (f" ({kept})" if kept else ""))
+        tree = OperationTree(
+            format=FORMAT,
+            version=FORMAT_VERSION,
+            name=self.name,
+            angles=self.angles,
+            start_rad=self.start,
+            operations=tuple(self._with_ends()),
+        )
+        places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
+        places["start_rad"] = f"line {self.start_line}"
+        notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
+        added = {key: tuple(waits) for key, waits in self.added.items()}
+        return Resolution(tree, places, notes, self.executions, added)
+
+    def _with_ends(self) -> list[MoveOperation | WaitOperation | UnknownOperation]:
+        """The operations; a motion that no other one follows at once ends at its target, whatever its zone."""
+        ends = [not isinstance(after, MoveOperation) for after in (*self.operations[1:], None)]
+        return [
+            one.model_copy(update={"zone": "fine"}) if is_end and isinstance(one, MoveOperation) else one
+            for one, is_end in zip(self.operations, ends, strict=True)
+        ]
+
+    def _note(self, line: int, text: str) -> None:
+        self.notes.setdefault((line, text), Note(line, text))
+
+    def _keep(self, motion: Motion, reason: str) -> None:
+        self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
+
+    def _take(self, event: Event, following: Event | None) -> None:
+        if isinstance(event, Motion):
+            self._move(event, following)
+        elif isinstance(event, Wait):
+            self._wait(event)
+        elif isinstance(event, Unknown):
+            self._note(event.line, event.what)
+            self._lose(event.line)
+        elif isinstance(event, CycleStart):
+            if self.executions:
+                self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
+            self.cycles = True
+            self.position = self.position if self.entry is None else self.entry
+            self._begin(self.position, event.line)
+        elif isinstance(event, Load):
+            self._note(event.line, f"{event.what or 'the payload'}: one payload is taken for the whole cycle")
+
+    # Waits
+
+    def _wait(self, event: Wait) -> None:
+        if event.added:
+            self._added_wait(event)
+        elif event.duration_s is None:
+            self._note(event.line, f"how long it takes is not in the file, see --wait: {event.what or 'a wait'}")
+            if self.start is not None and self.position is not None:
+                self._append(UnknownOperation(name=self._number("unknown")), event.line)
+        elif event.duration_s > 0.0 and self.start is not None:
+            self._append(WaitOperation(name=self._number("wait"), duration_s=event.duration_s), event.line)
+
+    def _append(self, operation: MoveOperation | WaitOperation | UnknownOperation, line: int) -> None:
+        self.operations.append(operation)
+        self.lines.append(line)
+
+    def _number(self, word: str) -> str:
+        self.numbers[word] += 1
+        return f"{word}-{self.numbers[word]}"
+
+    def _added_wait(self, event: Wait) -> None:
+        """A wait that a plan has added: to the move before it, or to the first move."""
+        moves = [index for index, one in enumerate(self.operations) if isinstance(one, MoveOperation)]
+        if not moves:
+            self.first_waits.append(event)
+            return
+        move = self.operations[moves[-1]]
+        assert isinstance(move, MoveOperation)
+        seconds = move.added_wait_after_s + (event.duration_s or 0.0)
+        self.operations[moves[-1]] = move.model_copy(update={"added_wait_after_s": seconds})
+        self.added.setdefault((move.name, False), []).append(event)
+
+    # Motions
+
+    def _move(self, motion: Motion, following: Event | None) -> None:
+        target = self._target(motion)
+        moves_outside = self._moves_outside(motion)
+        if target is None:
+            self._lose(motion.line)
+        elif self.position is None:
+            self._arrive(motion, target)
+        elif moves_outside:
+            self._keep(motion, "it moves an external axis")
+            self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), motion.line)
+            self.position = target
+        else:
+            self._travel(Execution(motion, self.position, target), following)
+
+    def _arrive(self, motion: Motion, target: Position) -> None:
+        """A motion from where nobody knows: its end is known."""
+        self.position = target
+        if self.start is None:
+            self.start, self.start_line = target, motion.line
+            self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
+            return
+        self._keep(motion, "it starts at an unknown position")
+        self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), self.lost_line)
+
+    def _lose(self, line: int) -> None:
+        """The position is not known from here on."""
+        if self.position is not None:
+            self.lost_line = line
+        self.position = None
+
+    def _travel(self, execution: Execution, following: Event | None) -> None:
+        """A motion between known positions."""
+        motion = execution.motion
+        self.position = execution.target_rad
+        percent, is_fixed = self._speed(execution)
+        if percent is None:
+            self._append(UnknownOperation(name=self._number("unknown"), target_rad=execution.target_rad), motion.line)
+            return
+        if self.repeated[motion.statement] > 1:
+            self._note(motion.line, f"the motion runs {self.repeated[motion.statement]} times: its speed is kept")
+            is_fixed = True
+        move = MoveOperation(
+            name=self._move_name(motion),
+            target_rad=execution.target_rad,
+            zone=self._zone(motion, following),
+            speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
+            fixed=is_fixed,
+        )
+        if self.first_waits:
+            seconds = sum(wait.duration_s or 0.0 for wait in self.first_waits)
+            move = move.model_copy(update={"added_wait_before_s": seconds})
+            self.added[move.name, True] = self.first_waits
+            self.first_waits = []
+        self._append(move, motion.line)
+        self.executions[move.name] = execution
+
+    def _speed(self, execution: Execution) -> tuple[float | None, bool]:
+        """Speed limit of a motion, and whether plans keep it; None: nobody knows how long it takes. [%]"""
+        motion = execution.motion
+        speed = motion.speed
+        if motion.kind != "joint":
+            return self._path_percent(execution), True
+        if speed.percent is not None:
+            return speed.percent, not speed.writable
+        if speed.duration_s is None and speed.leading_rad_s is None and speed.tool_m_s is None:
+            if not speed.writable:
+                self._keep(motion, "its speed is known only while the program runs")
+                return None, True
+            self._note(motion.line, "the program does not say how fast the motion is: taken as 100 %")
+            return 100.0, False
+        if self.robot is None or self.poses is None:
+            raise NeedsRobot("the speed is not a share of the robot's own, which needs a robot", key=_at(motion))
+        if speed.duration_s is None and speed.leading_rad_s is not None:
+            share = leading_share(execution.start_rad, execution.target_rad, self.robot)
+            return (snapped(100.0 * share * speed.leading_rad_s) if share > 0.0 else 100.0), not speed.writable
+        percent, _ = self._timed(execution)
+        return percent, not speed.writable
+
+    def _timed(self, execution: Execution) -> tuple[float | None, float]:
+        """Speed limit at which a joint motion takes as long as its program says, and by how much it differs. [%, s]"""
+        assert self.robot is not None and self.poses is not None
+        motion = execution.motion
+        places = [self._place(position, motion) for position in (execution.start_rad, execution.target_rad)]
+        if motion.via is not None:
+            try:
+                places.insert(1, self.poses.wanted(motion.via, execution.start_rad))
+            except NotKnown:
+                return None, 0.0
+        wanted_s = path_duration_s(motion.speed, places)
+        if wanted_s is None:
+            return None, 0.0
+        ends = [self.poses.model(position) for position in (execution.start_rad, execution.target_rad)]
+        percent, taken_s = percent_for_duration(self.robot, ends[0], ends[1], wanted_s)
+        return percent, taken_s - wanted_s
+
+    def _place(self, position: Position, motion: Motion) -> Placement:
+        assert self.poses is not None
+        target = motion.target
+        return (
+            self.poses.tool_in_base(position, target) if isinstance(target, PoseTarget) else self.poses.flange(position)
+        )
+
+    def _path_percent(self, execution: Execution) -> float | None:
+        """A motion of the tool along a path stands as a joint motion between its ends that takes as long. [%]"""
+        motion = execution.motion
+        if self.robot is None:
+            raise NeedsRobot(f"the {motion.kind} motion needs a robot", key=_at(motion))
+        percent, off_s = self._timed(execution)
+        if percent is None:
+            self._keep(motion, f"the program does not say how fast the {motion.kind} motion is")
+            return None
+        text = f"the {motion.kind} motion is kept, and counted as a joint motion of the same duration"
+        self._note(motion.line, text + (f" (+{off_s:.3f} s)" if off_s > LATE_S else ""))
+        return percent
+
+    def _moves_outside(self, motion: Motion) -> bool:
+        """Whether a motion moves an external axis."""
+        given = motion.target.external if motion.target is not None else {}
+        moved = [n for n, value in given.items() if abs(value - self.external.get(n, value)) > SAME_EXTERNAL]
+        self.external.update(given)
+        return bool(moved)
+
+    def _move_name(self, motion: Motion) -> str:
+        label = motion.label or "move"
+        numbered = self._number(label)
+        return label if self.labels[motion.label] == 1 and motion.label else numbered
+
+    def _zone(self, motion: Motion, following: Event | None) -> CoarseZone | str:
+        """The zone in which the next motion may begin; where something else follows, the controller stops."""
+        blend = motion.blend
+        if blend is None or not isinstance(following, Motion):
+            return "fine"
+        radius_m = blend.radius_m if blend.radius_m is not None else (blend.share or 0.0) * _RADIUS_PER_SHARE_M
+        return CoarseZone(radius_m=radius_m) if radius_m > LEAST_RADIUS_M else "fine"
+
+    # Targets
+
+    def _target(self, motion: Motion) -> Position | None:
+        """Where a motion ends; None where that is not known."""
+        target = motion.target
+        if isinstance(target, JointTarget):
+            return self._joint_target(motion, target)
+        if not isinstance(target, PoseTarget):
+            self._keep(motion, motion.reason or "its target is not known")
+            return None
+        if self.poses is None:
+            problem = f"the target of {motion.label or 'the motion'} is a place of the tool, which needs a robot"
+            raise NeedsRobot(problem, key=_at(motion), allowed="a robot, with the program or as --robot")
+        try:
+            found = self.poses.joints(target, self.position)
+        except NotKnown as error:
+            self._keep(motion, str(error))
+            return None
+        if found.remark:
+            self._note(motion.line, f"{motion.label or 'the target'}: {found.remark}")
+        return found.position
+
+    def _joint_target(self, motion: Motion, target: JointTarget) -> Position | None:
+        given = target.angles_rad
+        if self.robot is not None and len(given) > self.robot.joint_count:
+            problem = f"the target has {counted(len(given), 'angle')}, but {self.robot.name} has"
+            raise InputError(f"{problem} {counted(self.robot.joint_count, 'joint')}", key=_at(motion))
+        if self.position is None:
+            if target.relative or None in given:
+                self._keep(motion, "it depends on where the robot is, which is not known")
+                return None
+            return tuple(float(value) for value in given if value is not None)
+        if len(given) > len(self.position):
+            raise InputError("the target has another number of angles", key=_at(motion))
+        values = np.array(self.position)
+        for joint, value in enumerate(given):
+            if value is not None:
+                values[joint] = values[joint] + value if target.relative else value
+        return tuple(values.tolist())
+
+
+def _at(motion: Motion) -> str:
+    return f"line {motion.line}"

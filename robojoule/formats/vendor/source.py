@@ -1,0 +1,176 @@
+"""A vendor's program with what was made of it: resolved for a robot, written with the speeds and waits of a tree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from robojoule.documents import write_files
+from robojoule.errors import InputError
+from robojoule.formats.vendor.resolution import Execution, Resolution, resolve
+from robojoule.formats.vendor.speeds import leading_share
+from robojoule.formats.vendor.text import Edit, edited, unified_diff
+from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
+from robojoule.programs.operation_tree import MoveOperation, OperationTree
+from robojoule.robots.pendant_file import Angles
+from robojoule.robots.robot import Robot
+
+SAME_S = 1e-9  # of waits: rounding
+
+
+@dataclass(frozen=True, eq=False)
+class VendorSource:
+    """A vendor's program and how it is to be understood.
+
+    Attributes:
+        program: The parsed program.
+        beside: What is given beside its files.
+        angles: How it counts joint angles.
+        robot: Robot for which it is resolved; None: for any, as far as that goes.
+    """
+
+    program: VendorProgram
+    beside: Beside = field(default_factory=Beside)
+    angles: Angles = "pendant"
+    robot: Robot | None = None
+
+    @cached_property
+    def trace(self) -> Trace:
+        """What the program does."""
+        try:
+            return self._with_waits(self.program.trace(self.beside))
+        except InputError as error:
+            raise self._placed(error) from None
+
+    def _with_waits(self, trace: Trace) -> Trace:
+        """The trace with the waits that are given beside it."""
+        given = self.beside.waits_s
+        open_lines = {one.line for one in trace.events if isinstance(one, Wait) and one.duration_s is None}
+        for line in given:
+            if line not in open_lines:
+                known = ", ".join(map(str, sorted(open_lines))) or "there is none"
+                raise InputError("no wait of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+        events = tuple(
+            replace(one, duration_s=given[one.line])
+            if isinstance(one, Wait) and one.duration_s is None and one.line in given
+            else one
+            for one in trace.events
+        )
+        return replace(trace, events=events)
+
+    @cached_property
+    def resolution(self) -> Resolution:
+        """The program as an operation tree.
+
+        Raises:
+            NeedsRobot: A robot must be known.
+            InputError: Nothing can be planned.
+        """
+        try:
+            return resolve(self.trace, self.program.name, self.robot, self.angles)
+        except InputError as error:
+            raise self._placed(error) from None
+
+    def _placed(self, error: InputError) -> InputError:
+        path = self.program.sources[0].path
+        return type(error)(error.problem, file=error.file or path, key=error.key, allowed=error.allowed)
+
+    def of(self, robot: Robot | None = None, angles: Angles | None = None) -> VendorSource:
+        """The same program for a robot, or with its angles counted otherwise."""
+        return replace(self, robot=robot or self.robot, angles=angles or self.angles)
+
+    def texts(self, tree: OperationTree) -> tuple[str, ...]:
+        """The program's files with the speeds and waits of a tree of the same moves.
+
+        Raises:
+            InputError: The tree has other moves.
+        """
+        resolution = self.resolution
+        was = {move.name: move for move in resolution.tree.moves()}
+        new = {move.name: move for move in tree.moves()}
+        if was.keys() != new.keys():
+            raise InputError(f"the tree does not have the moves of the program '{self.program.name}'")
+        edits = self.program.speed_edits(self._wishes(was, new)) + self._wait_edits(was, new)
+        texts = [
+            edited(source.text, [edit for edit in edits if edit.span.file == file])
+            for file, source in enumerate(self.program.sources)
+        ]
+        return self.program.finished(texts)
+
+    def save(self, tree: OperationTree, path: Path) -> None:
+        """Write the program's files, all of them or none, those that go with it beside the first under its name."""
+        texts = self.texts(tree)
+        contents: dict[Path, str | bytes] = {}
+        for source, text in zip(self.program.sources, texts, strict=True):
+            target = path if not contents else path.with_suffix(source.path.suffix)
+            contents[target] = source.encoded(text)
+        write_files(contents)
+
+    def diff(self, tree: OperationTree) -> str:
+        """What `save` changes, as a unified diff."""
+        return unified_diff(self.program.sources, self.texts(tree))
+
+    def _wishes(self, was: Mapping[str, MoveOperation], new: Mapping[str, MoveOperation]) -> dict[int, Wish]:
+        """Speeds of the statements whose speed changes."""
+        wishes: dict[int, Wish] = {}
+        for name, move in new.items():
+            if move.speed_limit_percent != was[name].speed_limit_percent:
+                execution = self.resolution.executions[name]
+                wishes[execution.motion.statement] = self._wish(execution, move.speed_limit_percent)
+        return wishes
+
+    def _wish(self, execution: Execution, percent: float) -> Wish:
+        if self.robot is None:
+            return Wish(percent)
+        share = leading_share(execution.start_rad, execution.target_rad, self.robot)
+        return Wish(percent, percent / 100.0 / share if share > 0.0 else None, self._duration_s(execution, percent))
+
+    def _duration_s(self, execution: Execution, percent: float) -> float | None:
+        from robojoule.motion.simulation import MotionPaths
+        from robojoule.robots.pendant import PendantAngles
+
+        assert self.robot is not None
+        ends = np.array([execution.start_rad, execution.target_rad])
+        if self.angles == "pendant":
+            ends = PendantAngles.of(self.robot).model_rad(ends)
+        if not np.ptp(ends, axis=0).any():
+            return None
+        return float(MotionPaths(self.robot, ends[:1], ends[1:]).durations(np.array([[percent / 100.0]]))[0, 0])
+
+    def _wait_edits(self, was: Mapping[str, MoveOperation], new: Mapping[str, MoveOperation]) -> list[Edit]:
+        """Edits of the waits that plans add, which stand behind a motion, or before the first one."""
+        edits: list[Edit] = []
+        names = list(new)
+        for index, name in enumerate(names):
+            following = names[index + 1] if index + 1 < len(names) else None
+            before_s = self._stepped(new[name].added_wait_before_s) if index == 0 else 0.0
+            after_s = new[name].added_wait_after_s + (new[following].added_wait_before_s if following else 0.0)
+            after_s = self._stepped(after_s)
+            for seconds, old_s, is_before in (
+                (before_s, was[name].added_wait_before_s, True),
+                (after_s, was[name].added_wait_after_s, False),
+            ):
+                if abs(seconds - old_s) > SAME_S:
+                    edits += self._wait_edit(name, seconds, before=is_before)
+        return edits
+
+    def _stepped(self, seconds: float) -> float:
+        """A wait in the steps that the language has, not longer than it is."""
+        step = self.program.wait_step_s
+        return math.floor(seconds / step + SAME_S / step) * step
+
+    def _wait_edit(self, name: str, seconds: float, *, before: bool) -> list[Edit]:
+        there: tuple[Wait, ...] = self.resolution.added.get((name, before), ())
+        kept = there[:1] if seconds > SAME_S else ()
+        edits = [Edit(wait.whole, "") for wait in there[len(kept) :] if wait.whole is not None]
+        if kept and kept[0].value is not None:
+            edits.append(Edit(kept[0].value, self.program.wait_text(seconds)))
+        elif seconds > SAME_S:
+            statement = self.resolution.executions[name].motion.statement
+            edits.append(self.program.wait_edit(statement, seconds, before=before))
+        return edits

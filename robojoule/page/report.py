@@ -1,0 +1,200 @@
+"""A plan beside the program as given, with the trade-off that it stands on: everything that the page shows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robojoule.arrays import Array
+from robojoule.documents import check_output, write_text
+from robojoule.errors import InputError
+from robojoule.inputs import as_path
+from robojoule.page.trace import CycleTrace, Step, cycle_trace
+from robojoule.planning.batch import TreeBatch
+from robojoule.planning.cycle_run import CycleRun
+from robojoule.planning.pareto import TradeOff
+from robojoule.planning.plan import Plan
+from robojoule.programs.operation_tree import OperationTree
+from robojoule.robots.robot import Robot
+from robojoule.year import Yearly
+
+SUFFIXES = (".html",)
+_FOLDER = Path(__file__).parent
+_PROFILE_POINTS = 33
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A plan, the program as given, and the trade-off between energy and cycle time.
+
+    Attributes:
+        plan: The plan.
+        yearly: What it means in a year.
+        trade_off: Least energy over cycle time.
+        given: The program as given, in time; it waits at its end for the rest of the plan's cycle time.
+        planned: The plan, in time.
+        given_speed_limits: Speed limit of each movement in the program as given, shape (V,), fractions. [-]
+        speed_limits: Speed limits for durations of each movement: V arrays of two rows, durations and fractions.
+        figures: Where the figures of the robot come from, a sentence for each group.
+    """
+
+    plan: Plan
+    yearly: Yearly
+    trade_off: TradeOff
+    given: CycleTrace
+    planned: CycleTrace
+    given_speed_limits: Array
+    speed_limits: tuple[Array, ...]
+    figures: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        return f"Report({self.plan!r})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """What the page shows as plain data, ready for JSON."""
+        curve = self.trade_off.curve
+        return {
+            "plan": self.plan.to_dict(),
+            "yearly": self.yearly.to_dict(),
+            "trade_off": {
+                "cycle_times_s": _digits(curve.cycle_times_s),
+                "energies_j": _digits(curve.energies_j),
+                "marginal_powers_w": _digits(curve.marginal_powers_w),
+                "movements": curve.movements.tolist(),
+                "least_durations_s": _digits(curve.least_durations_s),
+                "best": curve.best,
+                "largest_gap_percent": 100.0 * self.trade_off.largest_gap,
+            },
+            "given": _trace(self.given),
+            "planned": _trace(self.planned),
+            "movements": [
+                {
+                    "name": name,
+                    "profile_durations_s": _digits(profile.durations_s),
+                    "profile_energies_j": _digits(profile.energies_j),
+                    "limit_durations_s": _digits(table[0]),
+                    "limit_percent": _digits(100.0 * table[1]),
+                    "given_percent": float(100.0 * given),
+                }
+                for name, profile, table, given in zip(
+                    self.plan.run.names,
+                    self.trade_off.profiles,
+                    self.speed_limits,
+                    self.given_speed_limits,
+                    strict=True,
+                )
+            ],
+            "figures": dict(self.figures),
+        }
+
+    def _by_movement(self) -> tuple[Any, ...]:
+        return self.plan.run.names, self.trade_off.profiles, self.speed_limits, self.given_speed_limits
+
+    def page(self) -> str:
+        """The page as HTML text; it loads nothing."""
+        data = json.dumps(self.to_dict(), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+        text = (_FOLDER / "page.html").read_text(encoding="utf-8")
+        for name in ("uplot.min.css", "page.css", "uplot.min.js", "page.js"):
+            text = text.replace(f"/*{name}*/", (_FOLDER / name).read_text(encoding="utf-8").strip())
+        return text.replace("/*data*/", data)
+
+    def save(self, path: str | Path) -> None:
+        """Write the page.
+
+        Raises:
+            InputError: The suffix is not .html, or the file cannot be written.
+        """
+        target = as_path(path, "path")
+        if target.suffix.lower() not in SUFFIXES:
+            raise InputError(f"unknown file type '{target.suffix}'", file=target, allowed=", ".join(SUFFIXES))
+        check_output(target)
+        write_text(target, self.page())
+
+
+def report_of(
+    plan: Plan,
+    trade_off: TradeOff,
+    given: tuple[OperationTree, CycleRun],
+    planned: OperationTree,
+    batch: TreeBatch,
+    year: Yearly,
+) -> Report:
+    """A report.
+
+    Args:
+        plan: The plan.
+        trade_off: Energy over cycle time of the same program.
+        given: The program as given, in angles of the robot's model, and its run.
+        planned: The program with the plan, in such angles.
+        batch: The program's motions.
+        year: What the plan means in a year.
+    """
+    sampled = plan.profiles == "simulated"
+    before = cycle_trace(batch, *given, sampled=sampled)
+    after = cycle_trace(batch, planned, plan.run, sampled=sampled)
+    return Report(
+        plan=plan,
+        yearly=year,
+        trade_off=trade_off,
+        given=_until(before, plan.cycle_time_s, plan.energy_given_j - given[1].energy_j),
+        planned=after,
+        given_speed_limits=given[1].speed_limits,
+        speed_limits=_speed_limits(batch, trade_off),
+        figures=_figures(batch.robot),
+    )
+
+
+def _until(trace: CycleTrace, cycle_time_s: float, waited_j: float) -> CycleTrace:
+    """A cycle that waits at its end for the rest of a cycle time, with the energy of that."""
+    end = trace.steps[-1].end_s
+    rest = cycle_time_s - end
+    if rest <= 1e-9:
+        return trace
+    power = waited_j / rest
+    return replace(
+        trace,
+        steps=(*trace.steps, Step("wait", "until the next cycle", end, cycle_time_s, power)),
+        time_s=np.append(trace.time_s, [end, cycle_time_s]),
+        power_w=np.append(trace.power_w, [power, power]),
+        parts_j={**trace.parts_j, "standing_j": trace.parts_j["standing_j"] + waited_j},
+    )
+
+
+def _speed_limits(batch: TreeBatch, trade_off: TradeOff) -> tuple[Array, ...]:
+    """Speed limits over durations of each movement, by the timing of the batch."""
+    shares = np.linspace(0.0, 1.0, _PROFILE_POINTS)
+    first = np.array([profile.d_min_s for profile in trade_off.profiles])
+    last = np.array([profile.d_max_s for profile in trade_off.profiles])
+    durations = first[:, np.newaxis] * (np.maximum(last, 1e-12) / np.maximum(first, 1e-12))[:, np.newaxis] ** shares
+    durations = np.clip(durations, first[:, np.newaxis], last[:, np.newaxis])
+    fastest = batch.paths.minimum_durations()
+    limits = np.stack(
+        [batch.paths.speed_limits_for_durations(np.maximum(column, fastest)) for column in durations.T], axis=1
+    )
+    return tuple(np.stack(pair) for pair in zip(durations, limits, strict=True))
+
+
+def _figures(robot: Robot) -> dict[str, str]:
+    """Where the figures of a robot come from, by group."""
+    file = robot.file
+    groups = {name.replace("_", " "): f"{one.kind}: {one.note}" for name, one in file.provenance.items()}
+    return {**groups, "drives": file.drives.provenance}
+
+
+def _trace(trace: CycleTrace) -> dict[str, Any]:
+    return {
+        "steps": [asdict(step) for step in trace.steps],
+        "time_s": _digits(trace.time_s),
+        "power_w": _digits(trace.power_w, 5),
+        "parts_j": trace.parts_j,
+    }
+
+
+def _digits(values: Array | Sequence[float], digits: int = 9) -> list[float]:
+    """Numbers as they are sent: not more digits than anyone sees."""
+    return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]

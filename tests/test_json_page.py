@@ -1,0 +1,68 @@
+"""docs/json.md: every key that a command prints with `--json` is in its table, and nothing else is."""
+
+import contextlib
+import io
+import json
+import re
+from typing import Any
+
+import pyarrow as pa
+import pytest
+from pyarrow import csv
+
+from robojoule.cli import main
+from tests.calibration.plant import Plant, make_log
+from tests.conftest import ROOT
+from tests.robots.test_urdf import TWO_JOINTS
+
+PAGE = ROOT / "docs/json.md"
+KR16 = ("--robot", "kuka_kr16_r2010_2", "--payload", "10")
+COMMANDS = {
+    "robots": [],
+    "robots check": [str(ROOT / "robojoule/catalog/ur_ur10e.json")],
+    "robots scale": ["arm.urdf", "--rated-payload", "30", "--out", "arm.drives.yaml"],
+    "profile": [*KR16, "--from", "0,-90,90,0,0,0", "--to", "45,-60,70,0,30,0"],
+    "simulate": ["cycle.yaml", *KR16],
+    "optimize": ["cycle.yaml", *KR16, "--cycle-time", "+10%", "--profiles", "predicted"],
+    "adjust": ["cycle.yaml", *KR16, "--measured-cycle", "2.7", "--cycle-time", "3"],
+    "pareto": ["cycle.yaml", *KR16],
+    "identify": ["log.csv", "--robot", "kuka_kr16_r2010_2"],
+    "cell solve": ["cell.yaml", "--out", "plan.json"],
+    "cell check": ["cell.yaml", "plan.json"],
+    "cell gantt": ["cell.yaml", "plan.json", "--plot", "plan.svg"],
+    "example": [],
+}
+NAMES_OF_DATA = ("parts_j", "examples", "provenance", "notes", "lumped_links")  # their keys are names themselves
+
+
+def keys(data: Any) -> set[str]:
+    """All keys of nested data but those that are names themselves."""
+    if isinstance(data, dict):
+        inner = [keys(value) for key, value in data.items() if key not in NAMES_OF_DATA]
+        return set(data).union(*inner)
+    return set().union(*map(keys, data)) if isinstance(data, list) else set()
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
+    folder = tmp_path_factory.mktemp("json")
+    (folder / "arm.urdf").write_text(TWO_JOINTS, encoding="utf-8")
+    columns, _ = make_log(Plant(21), 21, motions=20)
+    csv.write_csv(pa.table(columns), folder / "log.csv")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for name in ("cycle.yaml", "cell.yaml"):
+            assert main(["example", name]) == 0
+        return {command: keys(output(command, words)) for command, words in COMMANDS.items()}
+
+
+def output(command: str, words: list[str]) -> Any:
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert main([*command.split(), *words, "--json"]) == 0, command
+    return json.loads(text.getvalue())
+
+
+def test_the_table_names_every_key(printed):
+    listed = re.findall(r"^\| `(\w+)` \| .+ \|$", PAGE.read_text(encoding="utf-8"), re.M)
+    assert listed == sorted(set().union(*printed.values()))
