@@ -25,10 +25,17 @@ def _krl(path: Path) -> VendorProgram:
     return read_krl(path)
 
 
+def _ur(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.ur.program import read_ur
+
+    return read_ur(path)
+
+
 FORMATS: tuple[Format, ...] = (
     TreeFiles(),
     PositionFiles(),
     VendorFiles("KUKA KRL", (".src",), _krl),
+    VendorFiles("URScript", (".script",), _ur),
 )
 
 
