@@ -47,7 +47,7 @@ def prefect_server(layout: Layout) -> Iterator[str]:
             )
         yield str(named)
         return
-    empty = layout.desk_dir / f"prefect-{version('prefect')}.db"
+    empty = layout.desk_dir / "empty" / f"prefect-{version('prefect')}.db"
     with tempfile.TemporaryDirectory(prefix="prefect-") as folder:
         store = Path(folder) / "prefect.db"
         if empty.exists():

@@ -22,7 +22,7 @@ def read_settings(path: Path = SETTINGS) -> dict[str, str]:
         if line.strip() and not line.startswith("#"):
             name, _, value = line.strip().partition("=")
             if not (name.isidentifier() and value):
-                raise InputError(f"line {number} is no setting", file=path, allowed="NAME=VALUE, or a comment with #")
+                raise InputError(f"line {number} sets nothing", file=path, allowed="NAME=VALUE, or a comment with #")
             found[name] = value
     return found
 

@@ -28,7 +28,7 @@ from robojoule.checks import (
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import LONGEST_S, as_number
+from robojoule.inputs import LONGEST_S, as_flag, as_number
 from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
@@ -37,14 +37,10 @@ from robojoule.planning.optimization import Profiles, Wish, checked_profiles, pl
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
-from robojoule.planning.section_plans import (
-    has_sections,
-    joined_runs,
-    refuse_sections,
-    section_programs,
-)
+from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
@@ -69,6 +65,7 @@ def optimize(
     speed_step: float = SPEED_STEP_PERCENT,
     reserve: float | str = 0.0,
     profiles: Profiles | None = None,
+    model: str | Path | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     peak_power_w: float | None = None,
@@ -96,6 +93,8 @@ def optimize(
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
         profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
             (the default with runs: of every move, at two speed limits or more).
+        model: Folder of a trained predictor (`predictor.json`, `predictor.npz`) for predicted profiles, which are the
+            default then; else the one that comes with the robot.
         runs: Measured runs of the program's moves, as a table (see `robojoule.calibration.run_table`) or as read. With
             simulated profiles they tell the controller's timing alone.
         cautious: Whether to plan by the upper quantile of energy differences; for predicted and measured profiles.
@@ -114,10 +113,11 @@ def optimize(
     as_given = known_program(program, robot)
     program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
-    tree = at_full_speed if allow_faster else None
+    tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
-    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w)
+    predictor = None if model is None else load_profile_predictor(model)
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, predictor)
     known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
@@ -191,6 +191,9 @@ def adjust(
 def simulate(program: Program, robot: Robot) -> CycleRun:
     """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
 
+    `warnings` tell torques beyond a limit, paths on which the arm touches itself, its base or the floor, and doubts
+    about the robot.
+
     Args:
         program: What the robot does in a cycle.
         robot: Robot with its payload.
@@ -198,11 +201,13 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = known_program(program, robot)
-    if has_sections(program):
-        return joined_runs([simulate(section, robot) for section in section_programs(program)])
-    program = model_program(program, robot)
-    return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    as_given = known_program(program, robot)
+    if has_sections(as_given):
+        return simulated_sections(as_given, [simulate(section, robot) for section in section_programs(as_given)])
+    program = model_program(as_given, robot)
+    run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    return replace(run, warnings=(*known, *cycle_warnings(program.tree, run)))
 
 
 @finite
@@ -233,7 +238,7 @@ def pareto(
     as_given = known_program(program, robot)
     refuse_sections(as_given, "a trade-off")
     program = model_program(as_given, robot)
-    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
+    faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
@@ -286,9 +291,9 @@ def energy_profile(
     Raises:
         InputError: A configuration does not fit the robot, or there is no motion.
     """
-    robot = checked_robot(robot)
+    robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
     first, last = (
-        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if degrees else q, where)
+        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if in_degrees else q, where)
         for q, where in ((start, "start"), (end, "end"))
     )
     return simulated_profile(robot, first, last, points)

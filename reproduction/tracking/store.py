@@ -23,7 +23,15 @@ from reproduction.settings import apply_settings
 from robojoule.documents import atomic_path, reason
 from robojoule.errors import InputError, RobojouleError
 
-EXPERIMENT = "robojoule"
+PIPELINE = "pipeline"
+STUDY = "cross-validation"
+MEASURED = "measured-motions"
+EXPERIMENTS = (PIPELINE, STUDY, MEASURED)
+"""Experiments by purpose: trainings of the pipeline, those of the studies, those on measured motions."""
+
+
+class RecordError(RobojouleError):
+    """A training is made, but could not be recorded."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ def config_hash(params: BaseModel) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
+def connect(layout: Layout, experiment: str = PIPELINE) -> Any:
     """MLflow, set to record in an experiment of the project's store; both are made if there are none.
 
     Where `MLFLOW_TRACKING_URI` names a server, that is the store. Called before a training starts, so that a store
@@ -73,6 +81,8 @@ def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
     """
     mlflow = open_store(layout)
     uri = store_uri(layout)
+    if not _named():
+        _TAKEN.add(uri)
     mlflow.set_tracking_uri(uri)
     mlflow.set_registry_uri(uri)
     with _said(uri):
@@ -94,7 +104,7 @@ def open_store(layout: Layout) -> Any:
         InputError: The store or the server cannot be used.
     """
     mlflow = _mlflow()
-    if "MLFLOW_TRACKING_URI" in os.environ:
+    if _named():
         return mlflow
     from mlflow.store.tracking.sqlalchemy_store import SqlAlchemyStore
 
@@ -105,6 +115,8 @@ def open_store(layout: Layout) -> Any:
     store = layout.mlflow_store
     with _alone(store), _said(f"sqlite:///{store}"):
         if not store.exists():
+            for stale in store.parent.glob(".*.db"):  # begun by one that was killed
+                stale.unlink()
             with atomic_path(store) as path:
                 tables(path)
         else:
@@ -120,7 +132,7 @@ def _said(uri: str) -> Iterator[None]:
     except RobojouleError:
         raise
     except Exception as error:  # each of the three has kinds of its own
-        words = " ".join(str(error).split())
+        words = " ".join(str(error).split("[SQL:")[0].split())
         if "out-of-date database schema" in words:
             raise InputError(
                 "the store of MLflow is of an older version", file=uri, allowed=f"it after `mlflow db upgrade {uri}`"
@@ -130,7 +142,9 @@ def _said(uri: str) -> Iterator[None]:
             if uri.startswith("http")
             else "a store that works, or none: move it away, and a new one is made"
         )
-        raise InputError(f"the record of MLflow cannot be used ({words[:120]})", file=uri, allowed=mend) from None
+        raise InputError(
+            f"the record of MLflow cannot be used ({words[:120]})", file=uri.removeprefix("sqlite:///"), allowed=mend
+        ) from None
 
 
 @contextmanager
@@ -163,10 +177,10 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     Returns:
         The run, or None if this store has none.
     """
-    if "MLFLOW_TRACKING_URI" not in os.environ and not layout.mlflow_store.exists():
+    if not _named() and not layout.mlflow_store.exists():
         return None  # a look must not create a store
     client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
-    experiment = client.get_experiment_by_name(EXPERIMENT)
+    experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
     wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
@@ -184,8 +198,17 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
 
 def store_uri(layout: Layout) -> str:
-    """Address of the store: the server that the environment names, or the project's file."""
-    return os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{layout.mlflow_store}"
+    """Address of the store: the one that the environment names, or the project's file."""
+    return _named() or f"sqlite:///{layout.mlflow_store}"
+
+
+_TAKEN: set[str] = set()  # MLflow puts the store that it is told to use into the environment
+
+
+def _named() -> str | None:
+    """The store that the user's environment names."""
+    named = os.environ.get("MLFLOW_TRACKING_URI")
+    return None if named in _TAKEN else named
 
 
 def _mlflow() -> Any:
@@ -218,19 +241,55 @@ def git_commit(folder: Path) -> str:
 
 
 def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
-    """What tells trainings of a stage apart: data, parameters, commit."""
-    return {
+    """What tells trainings of a stage apart: data, parameters, commit, lock file, and the sweep that they belong to."""
+    found = {
         "data_hash": data_hash(layout.features),
         "config_hash": config_hash(params),
         "git_commit": git_commit(Path(__file__).parent),
         "dvc_stage": stage,
     }
+    lock = layout.root / "dvc.lock"
+    if lock.exists():
+        found["lock_hash"] = data_hash(lock)
+    if "DVC_EXP_NAME" in os.environ:
+        found["dvc_experiment"] = os.environ["DVC_EXP_NAME"]
+    return found
+
+
+def log_data(mlflow: Any, *paths: Path) -> None:
+    """Log files as the data of a training, each with the hash by which DVC knows it."""
+    from mlflow.data.dataset_source_registry import resolve_dataset_source
+    from mlflow.data.meta_dataset import MetaDataset
+
+    for path in paths:
+        source = resolve_dataset_source(path.resolve().as_uri())
+        mlflow.log_input(MetaDataset(source, name=path.stem, digest=data_hash(path)), context="training")
+
+
+@contextmanager
+def recording(layout: Layout) -> Iterator[None]:
+    """Tell what fails while a training is recorded as a `RecordError`: the training itself is made."""
+    try:
+        with _said(store_uri(layout)):
+            yield
+    except InputError as error:
+        raise RecordError(f"the trainings are made, but not all of them are recorded: {error}") from None
+
+
+def promote(mlflow: Any, name: str, version: str) -> None:
+    """Make a version of a registered model the champion; the one that was is `previous`."""
+    client = mlflow.MlflowClient()
+    with suppress(mlflow.exceptions.MlflowException):  # none so far
+        last = client.get_model_version_by_alias(name, "champion")
+        if str(last.version) != version:
+            client.set_registered_model_alias(name, "previous", last.version)
+    client.set_registered_model_alias(name, "champion", version)
 
 
 def figures_of(model: str, metrics: Mapping[str, Mapping[str, Mapping[str, float]]]) -> dict[str, float]:
-    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`, from target -> model -> figure."""
+    """Figures of one model, from target -> model -> figure, named as in `reports/metrics.json`."""
     return {
-        f"{group}.{name}": value
+        f"predictors.{group}.{model}.{name}": value
         for group, by_model in metrics.items()
         for name, value in by_model.get(model, {}).items()
     }

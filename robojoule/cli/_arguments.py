@@ -167,6 +167,16 @@ def add_profiles(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """Add which predictor gives predicted profiles."""
+    parser.add_argument(
+        "--model",
+        metavar="MODEL",
+        help="predictor of profiles: a folder, or models:/NAME@ALIAS in MLflow's registry "
+        "(default: the one that comes with the robot)",
+    )
+
+
 def add_bounds(parser: argparse.ArgumentParser) -> None:
     """Add what a plan must keep beside its cycle time."""
     parser.add_argument(

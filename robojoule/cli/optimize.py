@@ -10,6 +10,7 @@ from robojoule.cli._arguments import (
     add_bounds,
     add_diff,
     add_measurements,
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -21,6 +22,7 @@ from robojoule.cli._arguments import (
     program_and_robot_of,
     wishes_of,
 )
+from robojoule.cli._models import model_folder
 from robojoule.cli._output import show_diff, show_head, show_loads, show_moves, show_outlook, show_written
 from robojoule.year import yearly
 
@@ -55,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_slowest(parser)
     add_measurements(parser)
     add_profiles(parser)
+    add_model(parser)
     add_bounds(parser)
     parser.add_argument(
         "--out",
@@ -76,14 +79,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
     operation = operation_of(arguments)
     program, robot = program_and_robot_of(arguments)
-    plan = optimize(
-        program,
-        robot,
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
-        **wishes_of(arguments),
-    )
+    with model_folder(arguments.model) as model:
+        plan = optimize(
+            program,
+            robot,
+            allow_faster=arguments.allow_faster,
+            slowest_speed_limit_percent=arguments.slowest_speed_limit,
+            profiles=arguments.profiles,
+            model=model,
+            **wishes_of(arguments),
+        )
     page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
     if arguments.out is not None:
         plan.save(arguments.out)

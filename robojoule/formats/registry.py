@@ -31,10 +31,17 @@ def _ur(path: Path) -> VendorProgram:
     return read_ur(path)
 
 
+def _teach_pendant(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.fanuc.program import read_teach_pendant  # late: brings lark
+
+    return read_teach_pendant(path)
+
+
 FORMATS: tuple[Format, ...] = (
     TreeFiles(),
     PositionFiles(),
     VendorFiles("KUKA KRL", (".src",), _krl),
+    VendorFiles("FANUC TP", (".ls",), _teach_pendant),
     VendorFiles("URScript", (".script",), _ur),
 )
 

@@ -47,8 +47,8 @@ def unknown_places(program: Program) -> str:
 
 
 def section_programs(program: Program) -> tuple[Program, ...]:
-    """The sections of a program as programs of their own, without their files."""
-    return tuple(Program(section, program.path, program.format) for section in sections_of(program.tree))
+    """The sections of a program as programs of their own."""
+    return tuple(replace(program, tree=section) for section in sections_of(program.tree))
 
 
 def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[Program], Plan]) -> Plan:
@@ -73,6 +73,11 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
     return _joined(program, [plan_one(section) for section in sections])
 
 
+def simulated_sections(program: Program, runs: Sequence[CycleRun]) -> CycleRun:
+    """The run of a program from those of its sections, with everything to know about it."""
+    return replace(joined_runs(runs), warnings=_joined_warnings(program, runs))
+
+
 def joined_runs(runs: Sequence[CycleRun]) -> CycleRun:
     """Runs of sections, one after the other; the root mean square of torques is an upper bound."""
     times = np.array([run.cycle_time_s for run in runs])
@@ -93,17 +98,17 @@ def joined_runs(runs: Sequence[CycleRun]) -> CycleRun:
     )
 
 
-def section_warning(program: Program, sections: int) -> str:
-    """What to say of figures of sections."""
-    where = unknown_places(program)
-    return f"time and energy are those of {counted(sections, 'section')}: how long {where} takes is not known"
+def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan]) -> tuple[str, ...]:
+    """What to know about all sections, each sentence once; that a section does not close is no news."""
+    known = dict.fromkeys(text for part in parts for text in part.warnings if text != OPEN_CYCLE)
+    where, sections = unknown_places(program), counted(len(parts), "section")
+    return (*known, f"time and energy are those of {sections}: how long {where} takes is not known")
 
 
 def _joined(program: Program, plans: Sequence[Plan]) -> Plan:
     settings: dict[str, Mapping[str, float]] = {}
     for plan in plans:
         settings |= {move.name: {key: getattr(move, key) for key in PLANNED} for move in plan.program.moves}
-    warnings = dict.fromkeys(text for plan in plans for text in plan.warnings if text != OPEN_CYCLE)
     figures = (
         "least_cycle_time_s",
         "energy_given_j",
@@ -116,7 +121,7 @@ def _joined(program: Program, plans: Sequence[Plan]) -> Plan:
         plans[-1],
         program=replace(program, tree=program.tree.with_settings(settings)),
         run=joined_runs([plan.run for plan in plans]),
-        warnings=(*warnings, section_warning(program, len(plans))),
+        warnings=_joined_warnings(program, plans),
         outlook=None,
         **{name: sum(getattr(plan, name) for plan in plans) for name in (*figures, "standby_given_j")},
     )

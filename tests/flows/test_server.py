@@ -40,6 +40,6 @@ def test_else_one_is_started_with_a_store_of_its_own(tmp_path: Path, monkeypatch
             assert answers(f"{url}/health") and os.environ["PREFECT_API_URL"] == url
         assert not answers(f"{url}/health")
     assert "PREFECT_API_URL" not in os.environ
-    (empty,) = layout.desk_dir.iterdir()
+    (empty,) = layout.desk_dir.rglob("*.db")
     with sqlite3.connect(empty) as store:
         assert store.execute("SELECT count(*) FROM flow_run").fetchall() == [(0,)]

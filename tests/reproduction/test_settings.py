@@ -55,5 +55,5 @@ def test_what_the_environment_says_wins(monkeypatch: pytest.MonkeyPatch):
 def test_other_lines_are_refused(tmp_path: Path, line: str):
     path = tmp_path / "desk.env"
     path.write_text(f"# a comment\n\n{line}\n", encoding="utf-8")
-    with pytest.raises(InputError, match=re.escape("line 3 is no setting; allowed: NAME=VALUE")):
+    with pytest.raises(InputError, match=re.escape("line 3 sets nothing; allowed: NAME=VALUE")):
         read_settings(path)

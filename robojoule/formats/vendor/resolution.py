@@ -71,6 +71,7 @@ class Resolution:
         notes: What is kept, assumed or not known, in the order of lines.
         executions: Motions by the names of their moves in the tree.
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
+        repeated: Names of moves whose statement runs more than once, so that no wait can be added to one of them.
     """
 
     tree: OperationTree
@@ -78,6 +79,7 @@ class Resolution:
     notes: tuple[Note, ...]
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
+    repeated: frozenset[str] = frozenset()
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -147,13 +149,22 @@ class _Resolver:
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=tuple(self.operations),
+            operations=tuple(self._with_ends()),
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
-        return Resolution(tree, places, notes, self.executions, added)
+        repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
+        return Resolution(tree, places, notes, self.executions, added, repeated)
+
+    def _with_ends(self) -> list[MoveOperation | WaitOperation | UnknownOperation]:
+        """The operations; a motion that no other one follows at once ends at its target, whatever its zone."""
+        ends = [not isinstance(after, MoveOperation) for after in (*self.operations[1:], None)]
+        return [
+            one.model_copy(update={"zone": "fine"}) if is_end and isinstance(one, MoveOperation) else one
+            for one, is_end in zip(self.operations, ends, strict=True)
+        ]
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))

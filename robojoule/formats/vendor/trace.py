@@ -7,7 +7,7 @@ Angles are those of the pendant, as they stand in the file; everything is in SI 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -260,6 +260,10 @@ class VendorProgram(Protocol):
     def sources(self) -> tuple[SourceText, ...]:
         """Its files."""
 
+    @property
+    def wait_step_s(self) -> float:
+        """Waits of the language are multiples of it. [s]"""
+
     def trace(self, beside: Beside) -> Trace:
         """What the program does.
 
@@ -279,3 +283,6 @@ class VendorProgram(Protocol):
 
     def wait_text(self, seconds: float) -> str:
         """A duration as it stands in a wait that a plan has added (`Wait.value`)."""
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """Edited texts of all files with what must keep in step with inserted lines, such as numbers of lines."""

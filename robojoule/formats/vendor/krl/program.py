@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -19,6 +19,8 @@ from robojoule.formats.vendor.trace import Beside, Trace, Wish
 
 class KrlProgram:
     """A parsed KRL program; see `robojoule.formats.vendor.trace.VendorProgram`."""
+
+    wait_step_s = 1e-6
 
     def __init__(self, sources: tuple[SourceText, ...]) -> None:
         self.sources = sources
@@ -165,6 +167,10 @@ class KrlProgram:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
         whole, _, part = f"{seconds:.6f}".rstrip("0").partition(".")
         return f"{whole}.{part or '0'}"
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
+        return tuple(texts)
 
 
 def _plain(percent: float) -> str:

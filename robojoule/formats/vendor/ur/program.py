@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
@@ -15,6 +15,8 @@ from robojoule.formats.vendor.ur.syntax import blocks, read_lines
 
 class UrProgram:
     """A parsed URScript program; see `robojoule.formats.vendor.trace.VendorProgram`."""
+
+    wait_step_s = 1e-6
 
     def __init__(self, source: SourceText) -> None:
         self.sources = (source,)
@@ -45,6 +47,10 @@ class UrProgram:
             elif wish.leading_rad_s is not None:
                 edits.append(self._velocity(call, _digits(math.ceil(wish.leading_rad_s * 1e6 - 1e-3) / 1e6)))
         return edits
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
+        return tuple(texts)
 
     def _number(self, span: Span) -> float:
         """The number that stands somewhere; what is computed counts as one above zero."""
