@@ -28,7 +28,7 @@ from robojoule.checks import (
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import LONGEST_S, as_number
+from robojoule.inputs import LONGEST_S, as_flag, as_number
 from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
@@ -110,7 +110,7 @@ def optimize(
     as_given = known_program(program, robot)
     program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
-    tree = at_full_speed if allow_faster else None
+    tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
     predictor = None if model is None else load_profile_predictor(model)
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
@@ -187,6 +187,9 @@ def adjust(
 def simulate(program: Program, robot: Robot) -> CycleRun:
     """One cycle of a program as it stands: cycle time, energy and largest power and torque, move by move.
 
+    `warnings` tell torques beyond a limit, paths on which the arm touches itself, its base or the floor, and doubts
+    about the robot.
+
     Args:
         program: What the robot does in a cycle.
         robot: Robot with its payload.
@@ -194,8 +197,11 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
     Raises:
         InputError: The program does not fit the robot.
     """
-    program = model_program(known_program(program, robot), robot)
-    return simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    as_given = known_program(program, robot)
+    program = model_program(as_given, robot)
+    run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
+    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    return replace(run, warnings=(*known, *cycle_warnings(program.tree, run)))
 
 
 @finite
@@ -225,7 +231,7 @@ def pareto(
     """
     as_given = known_program(program, robot)
     program = model_program(as_given, robot)
-    faster = program.tree.without_plan(full_speed=True) if allow_faster else None
+    faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
@@ -276,9 +282,9 @@ def energy_profile(
     Raises:
         InputError: A configuration does not fit the robot, or there is no motion.
     """
-    robot = checked_robot(robot)
+    robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
     first, last = (
-        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if degrees else q, where)
+        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if in_degrees else q, where)
         for q, where in ((start, "start"), (end, "end"))
     )
     return simulated_profile(robot, first, last, points)

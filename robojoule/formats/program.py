@@ -91,7 +91,7 @@ class Program:
         Raises:
             InputError: Neither of the two is named.
         """
-        if angles not in ANGLES:
+        if not isinstance(angles, str) or angles not in ANGLES:
             raise InputError(f"unknown angles {shown(angles)}", key="angles", allowed=", ".join(ANGLES))
         if self.source is not None:
             return self._resolved(self.source.of(angles=angles))

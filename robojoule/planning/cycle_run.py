@@ -67,6 +67,7 @@ class CycleRun:
         standby_saving_j: What standby modes save on its waits against motors that hold. [J]
         standby: Those modes; none: motors hold.
         end_standing_s: How long the robot stands at the end of the cycle, and on into the next one. [s]
+        warnings: What to know about it, a sentence each, where a program was simulated for itself.
     """
 
     names: tuple[str, ...]
@@ -84,6 +85,7 @@ class CycleRun:
     standby_saving_j: float = 0.0
     standby: tuple[StandbyMode, ...] = ()
     end_standing_s: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -123,6 +125,7 @@ class CycleRun:
             "peak_power_w": self.peak_power_w,
             "standby_saving_j": self.standby_saving_j,
             "moves": [asdict(move) for move in self.moves],
+            "warnings": list(self.warnings),
         }
 
 

@@ -13,7 +13,7 @@ from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import shown
+from robojoule.inputs import as_flag, shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
@@ -59,15 +59,16 @@ class Wish:
     predictor: ProfilePredictor | None = None
 
 
-def checked_profiles(profiles: object, *, with_runs: bool, cautious: bool, with_model: bool = False) -> Profiles:
+def checked_profiles(profiles: object, *, with_runs: bool, cautious: object, with_model: bool = False) -> Profiles:
     """The source of profiles that is meant.
 
     Raises:
         InputError: There is no such source, or it does not go with what else is asked for.
     """
+    cautious = as_flag(cautious, "cautious")
     if profiles is None:
         profiles = "measured" if with_runs else "predicted" if cautious or with_model else "simulated"
-    if profiles not in get_args(Profiles):
+    if not isinstance(profiles, str) or profiles not in get_args(Profiles):
         raise InputError(
             f"unknown source of profiles {shown(profiles)}", key="profiles", allowed=", ".join(get_args(Profiles))
         )

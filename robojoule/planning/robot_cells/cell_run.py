@@ -167,7 +167,12 @@ def simulate_cell(
                 f"{one.first} and {one.second} come within {one.clearance_m:.4f} m of each other at "
                 f"{one.time_s:.3f} s, the safety distance is {cell.safety_distance_m:g} m"
             )
-    handovers = tuple(_handover(one, lines, cycle) for one in cell.handovers)
+    done = {line.placed.name: line.times_s for line in lines}
+    handovers = tuple(
+        _handover(one, lines, cycle)
+        for one in cell.handovers
+        if all(place.operation in done[place.robot] for place in (one.first, one.second))  # else it is told above
+    )
     for two in handovers:
         if two.spare_s < -TOLERANCE_S:
             violations.append(f"{two.second} starts {-two.spare_s:.4f} s too early after {two.first}")

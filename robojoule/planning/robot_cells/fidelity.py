@@ -40,7 +40,11 @@ def pose_of(placed: PlacedRobot, program: Program, move: str) -> str | None:
     found = placed.alternatives.get(move)
     poses = {placed.poses(move)[0]: given[move], **(found.poses_rad if found is not None else {})}
     for name, target in poses.items():
-        if len(target) == len(targets[move]) and np.allclose(target, targets[move], rtol=0.0, atol=_SAME_RAD):
+        if (
+            move in targets
+            and len(target) == len(targets[move])
+            and np.allclose(target, targets[move], rtol=0.0, atol=_SAME_RAD)
+        ):
             return name
     return None
 

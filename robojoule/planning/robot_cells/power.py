@@ -29,7 +29,8 @@ def within_power(work: CellWork, runs: Runs, limit_w: float) -> Runs:
     """
     least = [_least_standing_w(work, r) for r in range(len(work.works))]
     if sum(least) > limit_w:
-        raise InputError(f"all robots draw {sum(least):.0f} W while they stand", key="peak_power_w", allowed="more")
+        problem = f"all robots together draw {sum(least):.0f} W even while they stand"
+        raise InputError(problem, key="peak_power_w", allowed=f"at least {sum(least):.0f} W")
     kept = {}
     for (r, row), variants in runs.variants.items():
         robot = work.works[r]

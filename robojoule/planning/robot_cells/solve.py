@@ -138,22 +138,30 @@ class Search:
         reason: RobojouleError | None = None
         for wide in (False, True):
             try:
-                return self._within_power(smooth, until, wide=wide)
+                runs = self._runs(smooth, wide=wide)
+            except InputError:
+                if wide:
+                    raise
+                continue
+            try:
+                return runs, self._within_power(runs, until)
             except RobojouleError as error:
                 reason = error
         raise PlanningError(f"no plan in whole percents of speed was found near the best one ({reason})") from reason
 
-    def _within_power(self, smooth: CellPlan, until: float, *, wide: bool) -> tuple[Runs, CellPlan]:
+    def _runs(self, smooth: CellPlan, *, wide: bool) -> Runs:
         limit_w = self.work.cell.peak_power_w
         runs = whole_runs(self.work, smooth, wide=wide, slower=limit_w is not None)
-        if limit_w is not None:
-            runs = within_power(self.work, runs, limit_w)
+        return runs if limit_w is None else within_power(self.work, runs, limit_w)
+
+    def _within_power(self, runs: Runs, until: float) -> CellPlan:
+        limit_w = self.work.cell.peak_power_w
         apart: Pairs = ()
         for _ in range(_MOST_CUTS):
             plan = self._solve(self.work.cell_of(runs.variants, modes=self.modes, apart=apart), until - monotonic())
             more = () if limit_w is None else keep_apart(self.work, runs, plan, limit_w)
             if not more:
-                return runs, plan
+                return plan
             apart = (*apart, *more)
         raise PlanningError(f"no plan was found that keeps within {limit_w:g} W")
 

@@ -14,7 +14,7 @@ from robojoule.profile.piecewise import PiecewiseLinearProfile
 
 _BELOW, _ABOVE = 2, 2  # whole percents beside the planned speed limit
 _WIDE = 8  # beside it where those do not do
-_LADDER_PERCENT = 5.0  # step of slower speed limits, where the power of the cell is bounded
+_SLOWER = (0.85, 0.7, 0.5)  # of the planned speed limit: further ones, where the power of the cell is bounded
 _SAME_S = 1e-9
 
 
@@ -83,7 +83,7 @@ def _tried(robot: RobotWork, rows: list[int], durations_s: np.ndarray, *, wide: 
         below, above = (_WIDE, _WIDE) if wide else (_BELOW, _ABOVE)
         percents = {float(p) for p in range(middle - below, middle + above + 1)}
         if slower:
-            percents |= set(np.arange(10.0, planned, _LADDER_PERCENT).tolist())
+            percents |= {float(np.floor(share * planned)) for share in _SLOWER}
         if wide or middle + above >= highest:
             percents.add(float(highest))
         kept = sorted(p for p in percents if lowest - 1e-9 <= p <= highest + 1e-9) or [float(highest)]
