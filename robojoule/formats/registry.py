@@ -31,11 +31,18 @@ def _teach_pendant(path: Path) -> VendorProgram:
     return read_teach_pendant(path)
 
 
+def _rapid(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.rapid.program import read_rapid  # late: brings lark
+
+    return read_rapid(path)
+
+
 FORMATS: tuple[Format, ...] = (
     TreeFiles(),
     PositionFiles(),
     VendorFiles("KUKA KRL", (".src",), _krl),
     VendorFiles("FANUC TP", (".ls",), _teach_pendant),
+    VendorFiles("ABB RAPID", (".mod", ".prg"), _rapid),
 )
 
 

@@ -10,7 +10,13 @@ import numpy as np
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
-from robojoule.formats.vendor.speeds import leading_share, path_duration_s, percent_for_duration, snapped
+from robojoule.formats.vendor.speeds import (
+    leading_share,
+    path_duration_s,
+    percent_for_duration,
+    percent_for_tool_speed,
+    snapped,
+)
 from robojoule.formats.vendor.trace import (
     CycleStart,
     Event,
@@ -295,8 +301,10 @@ class _Resolver:
         if speed.duration_s is None and speed.leading_rad_s is not None:
             share = leading_share(execution.start_rad, execution.target_rad, self.robot)
             return (snapped(100.0 * share * speed.leading_rad_s) if share > 0.0 else 100.0), not speed.writable
-        percent, _ = self._timed(execution)
-        return percent, not speed.writable
+        if speed.duration_s is not None:
+            return self._timed(execution)[0], not speed.writable
+        ends = [self.poses.model(position) for position in (execution.start_rad, execution.target_rad)]
+        return percent_for_tool_speed(self.robot, ends[0], ends[1], motion.tool, speed), not speed.writable
 
     def _timed(self, execution: Execution) -> tuple[float | None, float]:
         """Speed limit at which a joint motion takes as long as its program says, and by how much it differs. [%, s]"""
