@@ -37,12 +37,19 @@ def _rapid(path: Path) -> VendorProgram:
     return read_rapid(path)
 
 
+def _ur(path: Path) -> VendorProgram:
+    from robojoule.formats.vendor.ur.program import read_ur
+
+    return read_ur(path)
+
+
 FORMATS: tuple[Format, ...] = (
     TreeFiles(),
     PositionFiles(),
     VendorFiles("KUKA KRL", (".src",), _krl),
     VendorFiles("FANUC TP", (".ls",), _teach_pendant),
     VendorFiles("ABB RAPID", (".mod", ".prg"), _rapid),
+    VendorFiles("URScript", (".script",), _ur),
 )
 
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from lark import Token, Tree
 
 from robojoule.errors import InputError
+from robojoule.formats.vendor.lines import short
 from robojoule.formats.vendor.rapid.data import payload_of
 from robojoule.formats.vendor.rapid.expressions import Variables, arguments_of, path_of, value_of
 from robojoule.formats.vendor.rapid.motions import FORMS, Setting, read_motion
@@ -122,7 +123,7 @@ class Machine:
         """One statement that opens no block."""
         tree = one.tree
         if tree is None:
-            self._unknown(one, f"not understood, it may move the robot: {_short(one.code)}")
+            self._unknown(one, f"not understood, it may move the robot: {short(one.code)}")
         elif one.kind == "declaration":
             self._declare(one, tree)
         elif one.kind == "assignment":
@@ -134,15 +135,12 @@ class Machine:
         elif one.kind == "compact_if":
             self._compact_if(one, tree)
         elif one.kind == "stop":
-            self.events.append(Wait(one.start, one.line, self._given_wait(one), "Stop"))
+            self.events.append(Wait(one.start, one.line, None, "Stop"))
         elif one.kind == "goto":
             self._unknown(one, "GOTO is not followed")
             raise _Leave("routine")
         elif one.kind == "return_":
             raise _Leave("routine" if one.code.upper().startswith("RETURN") else "program")
-
-    def _given_wait(self, one: Statement) -> float | None:
-        return self.beside.waits_s.get(one.line)
 
     # Data
 
@@ -178,7 +176,7 @@ class Machine:
         elif name == "WAITTIME":
             self._wait(one, tree)
         elif name in _WAITS:
-            self.events.append(Wait(one.start, one.line, self._given_wait(one), _short(one.code)))
+            self.events.append(Wait(one.start, one.line, None, short(one.code)))
         elif name in ("VELSET", "ACCSET", "CONFJ", "GRIPLOAD"):
             getattr(self, f"_{name.lower()}")(one, tree)
         elif name in _HARMLESS:
@@ -206,7 +204,7 @@ class Machine:
         if isinstance(name, str) and name.upper() in self.routines:
             self._own_call(one, tree, self.routines[name.upper()])
         else:
-            self._unknown(one, f"which procedure runs is not known, it may move the robot: {_short(one.code)}")
+            self._unknown(one, f"which procedure runs is not known, it may move the robot: {short(one.code)}")
 
     def _forget_first(self, one: Statement, tree: Node) -> None:
         plain, _ = arguments_of(tree)
@@ -244,8 +242,8 @@ class Machine:
             Wait(
                 one.start,
                 one.line,
-                self._given_wait(one) if seconds is None else max(seconds, 0.0),
-                _short(one.code),
+                None if seconds is None else max(seconds, 0.0),
+                short(one.code),
                 added=is_added,
                 value=value.origin if is_added and isinstance(value, Number) else None,
                 whole=Span(one.start, one.end) if is_added else None,
@@ -258,7 +256,7 @@ class Machine:
         plain, _ = arguments_of(tree)
         share, most = ([number(value_of(node, one, self.variables)) for node in plain] + [None, None])[:2]
         if share is None or most is None or share <= 0.0:
-            self.note(one, f"{_short(one.code)} is not known and left out")
+            self.note(one, f"{short(one.code)} is not known and left out")
             return
         self.setting.velocity_share, self.setting.most_m_s = min(share, 100.0) / 100.0, most / 1e3
         if share != 100.0:
@@ -268,7 +266,7 @@ class Machine:
         plain, _ = arguments_of(tree)
         shares = [number(value_of(node, one, self.variables)) for node in plain]
         if any(share != 100.0 for share in shares):
-            self.note(one, f"{_short(one.code)} is kept and not simulated: accelerations are those of the robot")
+            self.note(one, f"{short(one.code)} is kept and not simulated: accelerations are those of the robot")
 
     def _confj(self, one: Statement, tree: Node) -> None:
         _, named = arguments_of(tree)
@@ -374,9 +372,9 @@ class Machine:
             moves |= one.tree is None or one.kind in ("late_call", "goto", "return_")
             moves |= bool(name) and name not in _HARMLESS and name not in _WAITS and name != "WAITTIME"
         if moves:
-            self._unknown(head, f"whether this runs is not known, it may move the robot: {_short(head.code)}")
+            self._unknown(head, f"whether this runs is not known, it may move the robot: {short(head.code)}")
         else:
-            self.note(head, f"whether this runs is not known, it is kept: {_short(head.code)}")
+            self.note(head, f"whether this runs is not known, it is kept: {short(head.code)}")
 
 
 def _both(first: Payload, second: Payload) -> Payload:
@@ -385,8 +383,3 @@ def _both(first: Payload, second: Payload) -> Payload:
         return first
     body = first.body + second.body
     return Payload(body.mass_kg, tuple(body.center_m.tolist()), body.inertia_kg_m2)
-
-
-def _short(code: str) -> str:
-    text = " ".join(code.split())
-    return text if len(text) <= 60 else f"{text[:57]}..."
