@@ -246,7 +246,7 @@ class Machine:
                 short(one.code),
                 added=is_added,
                 value=value.origin if is_added and isinstance(value, Number) else None,
-                whole=Span(one.start, one.end) if is_added else None,
+                whole=one.lines if is_added else None,
             )
         )
 
@@ -294,7 +294,7 @@ class Machine:
         condition, inner = tree.children
         value = value_of(condition, one, self.variables)
         assert isinstance(inner, Tree)
-        part = Statement(one.line, one.start, one.end, one.code, inner, one.comment)
+        part = Statement(one.line, one.start, one.end, one.code, inner, one.comment, one.lines)
         if value is True:
             self._step(part)
         elif value is not False:

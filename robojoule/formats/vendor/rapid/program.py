@@ -48,9 +48,8 @@ class RapidProgram:
         assert self._machine is not None
         edits = []
         for statement, wish in wishes.items():
-            if wish.duration_s is None:
-                problem = "the duration of the motion, which RAPID says instead of a share of speeds, needs a robot"
-                raise InputError(problem, key=f"line {self._by_start[statement].line}")
+            if wish.duration_s is None:  # nothing turns: no duration is needed, and none is said
+                continue
             span = self._machine.places[statement]
             text = _number_text(math.floor(wish.duration_s / _DURATION_STEP_S) * _DURATION_STEP_S, 5)
             edits.append(Edit(span, text if span.end > span.start else rf"\T:={text}"))

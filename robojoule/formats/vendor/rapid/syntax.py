@@ -36,6 +36,7 @@ class Statement:
         code: Its text without semicolon; comments are blank.
         tree: The parsed code; None: it was not understood.
         comment: What stands behind it on its line, from `!` on.
+        lines: What to take away with it: all of its line where it stands there alone.
     """
 
     line: int
@@ -44,6 +45,7 @@ class Statement:
     code: str
     tree: Node | None
     comment: str
+    lines: Span
 
     @property
     def kind(self) -> str:
@@ -125,7 +127,11 @@ def statements(source: SourceText) -> list[Statement]:
 
 def _statement(source: SourceText, start: int, end: int, code: str) -> Statement:
     rest = source.text[end:].split("\n", 1)[0].strip()
-    return Statement(source.line(start), start, end, code, _parsed(code), rest if rest.startswith("!") else "")
+    line = source.line(start)
+    lines = source.line_span(line)
+    is_alone = not source.text[lines.start : start].strip() and end <= lines.end
+    comment = rest if rest.startswith("!") else ""
+    return Statement(line, start, end, code, _parsed(code), comment, lines if is_alone else Span(start, end))
 
 
 def _pieces(text: str) -> Iterator[tuple[int, int, str]]:
