@@ -75,6 +75,7 @@ class Resolution:
         notes: What is kept, assumed or not known, in the order of lines.
         executions: Motions by the names of their moves in the tree.
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
+        repeated: Names of moves whose statement runs more than once, so that no wait can be added to one of them.
     """
 
     tree: OperationTree
@@ -82,6 +83,7 @@ class Resolution:
     notes: tuple[Note, ...]
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
+    repeated: frozenset[str] = frozenset()
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -157,7 +159,8 @@ class _Resolver:
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
-        return Resolution(tree, places, notes, self.executions, added)
+        repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
+        return Resolution(tree, places, notes, self.executions, added, repeated)
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))

@@ -48,6 +48,10 @@ class UrProgram:
                 edits.append(self._velocity(call, _digits(math.ceil(wish.leading_rad_s * 1e6 - 1e-3) / 1e6)))
         return edits
 
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
+        return tuple(texts)
+
     def _number(self, span: Span) -> float:
         """The number that stands somewhere; what is computed counts as one above zero."""
         text = self.sources[0].text[span.start : span.end]
@@ -79,10 +83,6 @@ class UrProgram:
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
         return _digits(seconds)
-
-    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
-        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
-        return tuple(texts)
 
 
 def _digits(value: float) -> str:
