@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,7 +104,7 @@ def plan_on_measurements(
             allowed=f"runs with all moves at {second:g} % as well",
         )
     if every_move:
-        _check_every_move(batch, runs)
+        check_measured(batch, runs, np.flatnonzero(batch.paths.moving).tolist())
     reserve_s = reserve(wanted_s)
     places = choose_speeds(profiles, wanted_s - float(waits.sum()) - reserve_s, cautious=cautious, allowed=allowed)
     if places is None:
@@ -205,11 +205,14 @@ def _within(batch: TreeBatch, profiles: MeasuredProfiles) -> Mask:
     return np.asarray((limits >= lowest - 1e-9) & (limits <= highest + 1e-9), dtype=np.bool_)
 
 
-def _check_every_move(batch: TreeBatch, runs: MeasuredRuns) -> None:
-    """Refuse runs that leave out a move or know one at a single speed limit."""
-    moves = np.flatnonzero(batch.paths.moving)
+def check_measured(batch: TreeBatch, runs: MeasuredRuns, moves: Sequence[int]) -> None:
+    """Refuse runs that leave out some moves of the one tree, or know one of them at a single speed limit.
+
+    Raises:
+        InputError: They do; names the move.
+    """
     names = [vertex.name for vertex in batch.graphs[0].vertices]
-    for move in moves.tolist():
+    for move in moves:
         speeds = np.unique(runs.speed_limits[runs.motion == move]).size
         if speeds < 2:
             found = "has no run" if speeds == 0 else "was measured at one speed limit only"

@@ -120,6 +120,9 @@ class Poses:
         near = target.near_rad if target.near_rad is not None else position
         if near is None and target.configuration is None:
             raise NotKnown("the file names no configuration, and where the robot comes from is not known")
+        if target.near_rad is not None and target.tool is None:
+            remark = f"{target.unknown} is not in the file: the joint positions that are given with the place are taken"
+            return Found(target.near_rad, remark)
         if target.near_rad is not None and self._is_there(target):
             return Found(target.near_rad)
         base, tool = self._frames(target)

@@ -12,7 +12,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Execution, Resolution, resolve
+from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, unified_diff
 from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish

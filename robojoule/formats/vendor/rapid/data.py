@@ -22,7 +22,7 @@ _SPEEDS_MM_S = (
     *(5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800),
     *(1000, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 7000),
 )
-_ZONES_MM = {0: 0.3, **{n: float(n) for n in (1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)}}
+ZONES_MM = {0: 0.3, **{n: float(n) for n in (1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)}}
 _MM = 1e-3
 # Places of components in their records; `extax` is the last one of targets of both kinds.
 _COMPONENTS = {
@@ -50,7 +50,7 @@ def predefined() -> dict[str, Value]:
     load = [Number(0.001), _numbers(0, 0, 0.001), _numbers(1, 0, 0, 0), *_numbers(0, 0, 0)]
     return {
         **{f"V{speed}": _numbers(speed, 500, 5000, 1000) for speed in _SPEEDS_MM_S},
-        **{f"Z{zone}": _zone(radius_mm) for zone, radius_mm in _ZONES_MM.items()},
+        **{f"Z{zone}": _zone(radius_mm) for zone, radius_mm in ZONES_MM.items()},
         "VMAX": _numbers(5000, 500, 5000, 1000),
         "FINE": [True, *_numbers(0, 0, 0, 0, 0, 0)],
         "TOOL0": [True, pose, load],
