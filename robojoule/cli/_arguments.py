@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
@@ -62,13 +62,21 @@ def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
     )
 
 
-def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]:
-    """The program that the arguments name, as the robot executes it that they name, too."""
+@overload
+def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]: ...
+@overload
+def program_and_robot_of(arguments: argparse.Namespace, *, needs_robot: bool) -> tuple[Program, Robot | None]: ...
+def program_and_robot_of(
+    arguments: argparse.Namespace, *, needs_robot: bool = True
+) -> tuple[Program, Robot] | tuple[Program, Robot | None]:
+    """The program that the arguments name, as the robot executes it that they or it name; none only if not needed."""
     from robojoule.formats.program import load_program
 
     program = load_program(arguments.program, beside=_beside_of(arguments))
     if arguments.angles is not None:
         program = program.counted_as(arguments.angles)
+    if not needs_robot and arguments.robot is None and program.robot is None:
+        return program, None
     robot = robot_of(arguments, program)
     return program.for_robot(robot), robot
 

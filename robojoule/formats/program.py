@@ -22,6 +22,8 @@ from robojoule.programs.tree_check import check_tree
 from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
 
+WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
+
 
 @dataclass(frozen=True)
 class Program:
@@ -111,6 +113,15 @@ class Program:
 
     def _resolved(self, source: VendorSource) -> Program:
         return _program(source, self.path, self.format)
+
+    @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return WAIT_STEP_S if self.source is None else self.source.wait_step_s
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """A tree of the program's moves with its added waits where the program's language can say them."""
+        return tree if self.source is None else self.source.placed(tree)
 
     @property
     def notes(self) -> tuple[str, ...]:

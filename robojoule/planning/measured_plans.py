@@ -10,6 +10,7 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import counted
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
@@ -22,7 +23,7 @@ from robojoule.planning.speed_choice import (
     saving_interval,
     second_trial_limit,
 )
-from robojoule.planning.writeback import WAIT_STEP_S, write_plan
+from robojoule.planning.writeback import write_plan
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
 
@@ -65,6 +66,8 @@ def plan_on_measurements(
     cautious: bool = False,
     speed_step: float = 0.01,
     every_move: bool = True,
+    wait_step_s: float = WAIT_STEP_S,
+    placed: Callable[[OperationTree], OperationTree] = lambda tree: tree,
 ) -> MeasuredPlan:
     """Plan the one tree of a batch on measured runs of its moves.
 
@@ -76,6 +79,8 @@ def plan_on_measurements(
         cautious: Whether to plan by the upper quantile of energy differences.
         speed_step: Step of the speed limits that the controller takes. [-]
         every_move: Whether runs of every move at two speed limits or more are demanded.
+        wait_step_s: Step of added waits. [s]
+        placed: Moves added waits to where the program can say them.
 
     Raises:
         InputError: Runs are missing: names the move, or the speed limit at which to run the program once more.
@@ -119,7 +124,7 @@ def plan_on_measurements(
         collision_waits_s=np.zeros(len(rows)),
         starts_s=ends - waits[:, 1] - durations,
     )
-    written = write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, WAIT_STEP_S)
+    written = placed(write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, wait_step_s))
     run = believed(simulate_trees(learnt_batch(batch, profiles), [[written]])[0][0], profiles)
     others_j = given.energy_j - float(given.vertex_energies_j.sum())
     given_waits = np.stack([given.prior_waits_s, given.post_waits_s], axis=1)

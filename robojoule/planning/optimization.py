@@ -24,7 +24,7 @@ from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.speed_choice import DISCREPANCY, Outlook, cautious_energies, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
-from robojoule.planning.writeback import WAIT_STEP_S, write_plans
+from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE, PredictedProfiles, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
@@ -105,8 +105,10 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s)
     idle_w = float(batch.idle_post_w[-1])
     schedule = whole.schedule
-    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=WAIT_STEP_S)[0][0]
-    run = verify(batch, written, schedule, WAIT_STEP_S)
+    step_s = program.wait_step_s
+    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=step_s)[0][0]
+    written = program.placed(written)
+    run = verify(batch, written, schedule, step_s)
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
     if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
@@ -189,6 +191,8 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         cautious=wish.cautious,
         speed_step=wish.step_percent / 100.0,
         every_move=wish.profiles == "measured",
+        wait_step_s=program.wait_step_s,
+        placed=program.placed,
     )
     idle_w = float(found.idle_end_w)
     return Plan(

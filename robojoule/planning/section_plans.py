@@ -47,8 +47,8 @@ def unknown_places(program: Program) -> str:
 
 
 def section_programs(program: Program) -> tuple[Program, ...]:
-    """The sections of a program as programs of their own, without their files."""
-    return tuple(Program(section, program.path, program.format) for section in sections_of(program.tree))
+    """The sections of a program as programs of their own."""
+    return tuple(replace(program, tree=section) for section in sections_of(program.tree))
 
 
 def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[Program], Plan]) -> Plan:

@@ -15,6 +15,7 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.errors import PlanningError
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import as_number
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import Indices, least_cost_choice, within_gap
@@ -22,7 +23,6 @@ from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.standstills import Offer, Standstills, standstills_of
-from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource

@@ -6,7 +6,7 @@ import pytest
 import robojoule as rj
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.planning.writeback import WAIT_STEP_S
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 

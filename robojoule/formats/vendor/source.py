@@ -12,7 +12,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Execution, Resolution, resolve
+from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, unified_diff
 from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
@@ -21,6 +22,7 @@ from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 SAME_S = 1e-9  # of waits: rounding
+LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,35 @@ class VendorSource:
             for file, source in enumerate(self.program.sources)
         ]
         return self.program.finished(texts)
+
+    @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return max(self.program.wait_step_s, LEAST_WAIT_S)
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """The tree with its added waits where the program can say them: behind motions that run once.
+
+        Args:
+            tree: A tree of some or all moves of the program.
+        """
+        moves = tree.moves()
+        free = [i for i, one in enumerate(moves) if one.is_fine and one.name not in self.resolution.repeated]
+        if not free or not self.resolution.repeated:
+            return tree
+        before, after = moves[0].added_wait_before_s, [move.added_wait_after_s for move in moves]
+        for index, move in enumerate(moves[1:]):
+            after[index] += move.added_wait_before_s
+        if moves[0].name in self.resolution.repeated:
+            before, after[free[0]] = 0.0, after[free[0]] + before
+        for index in set(range(len(moves))) - set(free):
+            nearest = min(free, key=lambda place: abs(place - index))
+            after[index], after[nearest] = 0.0, after[nearest] + after[index]
+        return tree.with_plan(
+            {},
+            added_waits_before_s={move.name: before if i == 0 else 0.0 for i, move in enumerate(moves)},
+            added_waits_after_s={move.name: seconds for move, seconds in zip(moves, after, strict=True)},
+        )
 
     def save(self, tree: OperationTree, path: Path) -> None:
         """Write the program's files, all of them or none, those that go with it beside the first under its name."""

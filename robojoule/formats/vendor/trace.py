@@ -51,6 +51,7 @@ class PoseTarget:
         base: The base in the robot's own base frame; None: it is not known.
         configuration: Which solution is meant; None: the one nearest to the position before.
         near_rad: Joint angles of the pendant near which the solution is; None: those before the motion. [rad]
+        nearest: Whether the language says that the solution nearest to the point before is meant.
         relative: Whether the place is one in axes of the present tool place: "base" adds the position along the axes
             of the base, "tool" along those of the tool.
         external: Positions of external axes by their names.
@@ -63,6 +64,7 @@ class PoseTarget:
     base: Placement | None = None
     configuration: Configuration | None = None
     near_rad: tuple[float, ...] | None = None
+    nearest: bool = False
     relative: Literal["", "base", "tool"] = ""
     external: Mapping[str, float] = field(default_factory=dict)
     unknown: str = ""

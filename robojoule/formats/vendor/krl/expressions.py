@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.geometry import joined
-from robojoule.formats.vendor.krl.syntax import Line, Node
+from robojoule.formats.vendor.lines import Line, Node
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
 
 _MOST_DEPTH = 60

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave, short
-from robojoule.formats.vendor.krl.syntax import Line, Node, Routine
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
+from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import Frames, blend_of, path_speed_of, speed_of, target_of
+from robojoule.formats.vendor.lines import Line, Node, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
@@ -82,7 +83,7 @@ class Machine(Flow):
         """One line that opens no block."""
         tree = line.tree
         if tree is None:
-            if line.code:
+            if line.code and not line.code.startswith("&"):
                 self._not_understood(line)
             return
         continues, self.continues = self.continues, line.kind == "continue_"
