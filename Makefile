@@ -13,13 +13,16 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro compare flow test study bench lint docs
+.PHONY: help repro compare flow up down status test study bench docs lint
 .DEFAULT_GOAL := help
 
 help:
 	@echo 'make repro   set up, reproduce every stage that is out of date (dvc repro), print Table 6.1'
 	@echo 'make compare reproduce, hold the results against the committed ones (REV=COMMIT: those of another commit)'
 	@echo 'make flow    the same as a Prefect flow, with its artifacts'
+	@echo 'make up      start Prefect server, MLflow server and worker here, make the deployments, print the addresses'
+	@echo 'make down    end what make up started'
+	@echo 'make status  what of it runs'
 	@echo 'make test    set up, run all tests on all processors; what was left out is named at the end'
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they depend on'
 	@echo 'make bench   set up, measure speed and memory, write benchmarks/results.json (FULL=1: whole pipeline, too)'
@@ -37,6 +40,12 @@ compare: $(READY)
 flow: $(READY)
 	@$(IN_VENV) $(PY) -m flows.pipeline
 	@$(IN_VENV) $(PY) -m stages.show_table
+
+up down: $(READY)
+	@$(IN_VENV) $(PY) -m flows.desk $@
+
+status: $(READY)
+	@$(IN_VENV) $(PY) -m flows.desk status || test $$? -eq 3
 
 test: $(READY)
 	@$(IN_VENV) $(PY) -m pytest -q -n auto

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from benchmarks.generated_cells import generate_cell
 from robojoule.errors import RobojouleError
-from robojoule.formats.cells import load_cells
+from robojoule.formats.cell_xml import read_cells
 from robojoule.planning.cells.check import check_plan
 from robojoule.planning.cells.plan import CellPlan
 from robojoule.planning.cells.solve import Progress, solve_cell
@@ -30,7 +30,7 @@ def cells(folder: Path | None, names: list[str]) -> Iterator[Cell]:
         yield from (generate_cell(*one)[0] for one in GENERATED)
         return
     for path in sorted(folder.glob("*.xml")):
-        yield from (cell for cell in load_cells(path) if not names or any(name in cell.name for name in names))
+        yield from (cell for cell in read_cells(path) if not names or any(name in cell.name for name in names))
 
 
 def at_full_speed(cell: Cell) -> Cell:

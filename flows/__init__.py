@@ -1,3 +1,6 @@
-"""Prefect flows: scheduling, retries and artifacts around the DVC stages."""
+"""Prefect flows: scheduling, retries and artifacts around the DVC stages, and the servers that they report to."""
 
 import stages  # noqa: F401  # sets how their processes compute, before numpy is loaded
+from reproduction.settings import apply_settings
+
+apply_settings()  # before Prefect is loaded, which reads them then

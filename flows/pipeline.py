@@ -29,13 +29,16 @@ from prefect.artifacts import (
 )
 from prefect.cache_policies import NO_CACHE
 
+from flows.server import prefect_server
 from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.profile_predictor.training import MODEL
+from reproduction.settings import address
 from reproduction.tracking.store import data_hash, find_run
+from robojoule.errors import RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
-MLFLOW_UI = "http://127.0.0.1:5000"
+MLFLOW_UI = address("mlflow")
 
 
 class StageFailed(RuntimeError):
@@ -231,8 +234,9 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     arguments = parser.parse_args()
     try:
-        pipeline(arguments.root, force=arguments.force)
-    except StageFailed as error:
+        with prefect_server(Layout(arguments.root)):
+            pipeline(arguments.root, force=arguments.force)
+    except (StageFailed, RobojouleError) as error:
         raise SystemExit(f"flows.pipeline: {error}") from None
 
 

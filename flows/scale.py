@@ -18,11 +18,11 @@ from typing import Any
 from prefect import flow, get_run_logger, task
 from prefect.cache_policies import NO_CACHE
 from prefect.futures import as_completed
-from prefect.server.api.server import SubprocessASGIServer
-from prefect.settings import PREFECT_API_URL, temporary_settings
 from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
 from threadpoolctl import threadpool_limits
 
+from flows.server import prefect_server
+from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse
 from robojoule.errors import InputError, RobojouleError
@@ -149,24 +149,11 @@ def main() -> None:
         motion_set = parse(MotionSet, description, "command line")
         task_runner(arguments.runner, arguments.workers, arguments.address)
         open_folder(motion_set, arguments.out)  # both: refused before a server is started
-        with temporary_settings({PREFECT_API_URL: api_url()}):
+        with prefect_server(Layout()):
             scale(motion_set, arguments.out, arguments.runner, arguments.workers, arguments.address)
     except RobojouleError as error:
         print(f"flows.scale: {error}", file=sys.stderr)
         raise SystemExit(2 if isinstance(error, InputError) else 1) from None
-
-
-def api_url() -> str:
-    """Address of one Prefect server for this process and its workers: that of the settings, or of a temporary one.
-
-    Else each worker process would start a server of its own. The temporary one ends with this process.
-    """
-    url = PREFECT_API_URL.value()
-    if url:
-        return str(url)
-    server = SubprocessASGIServer()
-    server.start()
-    return server.api_url
 
 
 if __name__ == "__main__":

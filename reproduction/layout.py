@@ -47,10 +47,12 @@ class Layout:
     study_tables_dir = _Below("studies/tables")  # result tables of the studies (CSV)
     study_data_dir = _Below("studies/data")  # every single plan, error and prediction of the studies (Parquet)
 
+    desk_dir = _Below(".desk")  # stores, logs and process files of the servers; nothing in it is a result
+
     @property
     def mlflow_store(self) -> Path:
         """Database of MLflow, absolute: it means the same from every folder."""
-        return (self.root / "mlflow.db").resolve()
+        return (self.desk_dir / "mlflow.db").resolve()
 
     @property
     def mlflow_artifacts(self) -> Path:

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from robojoule.errors import InputError, each_of, refuse
-from robojoule.inputs import shown
+from robojoule.inputs import LARGEST, shown
 
 
 class Document(BaseModel):
@@ -31,7 +31,6 @@ MOST_BYTES = 64 * 2**20  # of a file that is read as a whole
 _MOST_YAML_BYTES = 4 * 2**20  # YAML needs some hundred bytes of memory for each of its own
 _DEEPEST = 64  # lists and mappings within each other
 _MOST_VALUES = 1_000_000
-_LARGEST = 1e12  # no figure of a robot or a program comes near
 
 
 class _UniqueKeyLoader(yaml.CSafeLoader):
@@ -135,7 +134,7 @@ def _check_values(data: Any) -> None:
         if isinstance(value, (dict, list)):
             children = value.items() if isinstance(value, dict) else enumerate(value)
             pending += [((*place, key), child) for key, child in children]
-        elif isinstance(value, (int, float)) and abs(value) > _LARGEST:
+        elif isinstance(value, (int, float)) and abs(value) > LARGEST:
             raise InputError(f"{shown(value)} is beyond all bounds", key=".".join(map(str, place)))
 
 

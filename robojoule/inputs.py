@@ -11,6 +11,7 @@ from pathlib import Path
 
 from robojoule.errors import InputError
 
+LARGEST = 1e12  # no figure of a robot, a program or a log comes near
 LONGEST_S = 86_400.0  # of a cycle, a wait or a step: a day; beyond it a unit or a digit is wrong
 _SHOWN = 60  # characters of a value in a message
 _ALIKE = 0.6  # from which likeness on a name is offered for another one
@@ -65,11 +66,31 @@ def as_number(value: object, key: str, *, least: float, most: float, unit: str) 
     return number
 
 
-def number_of(text: str) -> float:
-    """The number that a text holds: ASCII digits, finite.
+def as_flag(value: object, key: str) -> bool:
+    """Yes or no; a text such as "no" would count as yes.
+
+    Args:
+        value: What was given.
+        key: How messages name it.
 
     Raises:
-        ValueError: It holds something else; digits of other scripts and Python's groups of digits are not meant.
+        InputError: It is neither True nor False.
+    """
+    if type(value).__name__ in ("bool", "bool_"):  # numpy's too, without loading it here
+        return bool(value)
+    raise InputError(f"{shown(value)} is neither yes nor no", key=key, allowed="True or False")
+
+
+def number_of(text: str, most: float = LARGEST) -> float:
+    """The number that a text holds: ASCII digits, finite.
+
+    Args:
+        text: What was written.
+        most: Largest size; what squares of it or sums over it give must stay finite.
+
+    Raises:
+        ValueError: It holds something else, or is beyond all bounds; digits of other scripts and Python's groups of
+            digits are not meant.
     """
     try:
         value = float(text if text.isascii() and "_" not in text else "")
@@ -77,6 +98,8 @@ def number_of(text: str) -> float:
         raise ValueError(f"{shown(text)} is not a number") from None
     if not math.isfinite(value):
         raise ValueError(f"{shown(text)} is not a finite number")
+    if abs(value) > most:
+        raise ValueError(f"{shown(value)} is beyond all bounds")
     return value
 
 

@@ -7,15 +7,21 @@ from reproduction.study.comparison import compare_models
 from reproduction.study.config import StudyParams, load_study_params
 from reproduction.tables import table_of_rows, write_csv, write_parquet
 from reproduction.tracking import study as tracking
+from reproduction.tracking.store import STUDY, RecordError, connect
 from stages.cli import run, say
 
 
 def compare_predictors(params: StudyParams, layout: Layout) -> None:
     """Write the errors of all models and record one MLflow run per model."""
-    found = compare_models(params, say("compare_predictors"))
+    progress = say("compare_predictors")
+    mlflow = connect(layout, STUDY)  # before the comparison, which takes long
+    found = compare_models(params, progress)
     write_csv(layout.study_tables_dir / "predictors.csv", found.rows)
     write_parquet(layout.study_data_dir / "predictors.parquet", table_of_rows(found.predictions))
-    tracking.record(layout, params, found)
+    try:
+        tracking.record(mlflow, layout, params, found)
+    except RecordError as error:  # what was found is kept
+        progress(str(error))
 
 
 if __name__ == "__main__":

@@ -22,17 +22,17 @@ import yaml
 from xdist.scheduler import LoadFileScheduling
 
 import stages  # noqa: F401  before numpy: this process and those that tests start compute with the same instructions
+from reproduction.settings import apply_settings
 
 ROOT = Path(__file__).resolve().parent.parent
 
 # Before anything imports Prefect or MLflow: nothing of the user's settings is read or written, nothing is looked up.
 _PREFECT_HOME = tempfile.mkdtemp(prefix="prefect-home-")
+apply_settings()
 os.environ.update(
     PREFECT_HOME=_PREFECT_HOME,
-    PREFECT_SERVER_ANALYTICS_ENABLED="false",
     PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS="5",  # looks for new schedules every 60 s otherwise
     PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW="ignore",
-    MLFLOW_DISABLE_TELEMETRY="true",
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
 )
 
@@ -40,7 +40,7 @@ os.environ.update(
 COPIED = (
     *(".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "reports/.gitignore"),
     *(f"{folder}/{name}" for folder in ("data", "models") for name in (".gitignore", "README.md")),
-    *("dvc.yaml", "versions.yaml", "prefect.yaml", "pyproject.toml", "studies/dvc.lock"),
+    *("dvc.yaml", "versions.yaml", "prefect.yaml", "pyproject.toml", "desk.env", "studies/dvc.lock"),
 )
 
 TOY_PARAMS = {
@@ -193,19 +193,12 @@ def background() -> Iterator[Background]:
     processes.stop()
 
 
-def _drain_prefect() -> None:
-    """Send what Prefect's background workers still hold, else they try for a minute to reach the stopped server."""
-    from prefect.events.worker import EventsWorker
-    from prefect.logging.handlers import APILogWorker
-
-    APILogWorker.instance().drain()
-    EventsWorker.drain_all()
-
-
 @pytest.fixture(scope="session")
 def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a Prefect server on the loopback interface, in use by this process and those that it starts."""
     from prefect.settings import PREFECT_API_URL, temporary_settings
+
+    from flows.server import drain
 
     folder = tmp_path_factory.mktemp("prefect-server")
     port = free_port()
@@ -217,7 +210,7 @@ def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         wait_for("Prefect server", lambda: answers(f"{url}/health"), 180)
         with temporary_settings({PREFECT_API_URL: url}):
             yield url
-            _drain_prefect()
+            drain()
     finally:
         del os.environ["PREFECT_API_URL"]
         processes.stop()

@@ -10,9 +10,8 @@ from pyarrow import csv
 import robojoule as rj
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.formats.program import Program
+from robojoule.formats.program import WAIT_STEP_S, Program
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
@@ -212,5 +211,5 @@ def test_measured_runs_of_coarse_moves_are_refused(robot):
     runs = MeasuredRuns(
         "runs.csv", np.array([1, 1]), np.array([1.0, 0.5]), np.array([1.0, 2.0]), np.full(2, np.nan), 0.01
     )
-    with pytest.raises(InputError, match="the program has coarse zones"):
+    with pytest.raises(InputError, match="move 'm0' has a coarse zone"):
         rj.optimize(rounded, robot, cycle_time="+10%", runs=runs)

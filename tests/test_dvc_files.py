@@ -15,7 +15,7 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 # Carries or records values but makes none, so no stage has to run again when it changes (dvc.yaml says so too): modules
 # outside of a room, the command line of the stages, the record in MLflow.
 PLUMBING = {
-    *(f"reproduction/{name}.py" for name in ("__init__", "claims", "config", "layout", "tables")),
+    *(f"reproduction/{name}.py" for name in ("__init__", "claims", "config", "layout", "settings", "tables")),
     *("reproduction/study/config.py", "reproduction/tracking"),
     *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
     *("stages/__init__.py", "stages/cli.py"),
@@ -26,7 +26,7 @@ PIPELINE = (
     *("generate_trees", "simulate_motions", "build_features", "train_profile_predictor", "train_predictors"),
     *("evaluate_plans", "draw_figures"),
 )
-STUDIES = ("compare_predictors", "evaluate_motions", "evaluate_robots", "judge_targets", "close_the_loop")
+STUDIES = ("compare_predictors", "evaluate_motions", "evaluate_robots", "judge_targets", "close_the_loop", "plan_cells")
 STAGES = (*PIPELINE, *STUDIES)
 MOST_DEPENDENCIES = 10
 # Distributions in versions.yaml by the name under which they are imported, where that is another one or more than one:

@@ -22,6 +22,7 @@ STILL = rj.Program(tree_from_configurations("still", np.radians([HOME, HOME, HOM
 NO_FILE = [None, 5, True, b"x", [], {}, ROBOT, PROGRAM, np.zeros(3), "", "\0", "\ud800.yaml", ".", 10**5000, math.nan]
 NO_FILE += [object(), "~/x.yaml", "no/such/x.yaml", "x" * 5000 + ".yaml", "/dev/zero", "folder.yaml", "folder.csv"]
 NO_NUMBER = ["x", "", "\uff11", b"1", True, [], {}, math.nan, math.inf, -math.inf, -1, 10**400, 1e300, ROBOT, object()]
+NO_FLAG = [None, "no", "false", "", 0, 1, [], np.zeros(3), ROBOT]
 NO_JOINTS = [
     *(None, 5, "home", b"x", [], {}, ROBOT, PROGRAM, [0] * 5, [True, *HOME[1:]], ["0"] * 6, [[1] * 6]),
     *([[1], [2, 3]], [math.nan] * 6, [math.inf] * 6, [1e308] * 6, [10**400] * 6, [1j] * 6, [None] * 6),
@@ -50,6 +51,12 @@ CALLS = {
     "start": (lambda value: rj.energy_profile(ROBOT, value, HOME, degrees=True), NO_JOINTS),
     "end [rad]": (lambda value: rj.energy_profile(ROBOT, np.radians(HOME), value), NO_JOINTS),
     "centre of mass": (lambda value: rj.Payload(1.0, value), [*NO_JOINTS, [1e308, 0, 0], [0, 0]]),
+    "allow_faster": (lambda value: rj.optimize(PROGRAM, ROBOT, cycle_time="+5%", allow_faster=value), NO_FLAG),
+    "cautious": (lambda value: rj.optimize(PROGRAM, ROBOT, cycle_time="+5%", cautious=value), NO_FLAG),
+    "allow_faster of pareto": (lambda value: rj.pareto(PROGRAM, ROBOT, allow_faster=value), NO_FLAG),
+    "degrees": (lambda value: rj.energy_profile(ROBOT, HOME, THERE, degrees=value), NO_FLAG),
+    "profiles": (lambda value: rj.pareto(PROGRAM, ROBOT, profiles=value), [*NO_FLAG[1:], "meassured"]),
+    "angles": (PROGRAM.counted_as, NO_FLAG),
     "inertia": (lambda value: rj.Payload(1.0, inertia_kg_m2=value), [*NO_JOINTS[1:], -np.eye(3), 1e300 * np.eye(3)]),
 }
 
@@ -139,7 +146,12 @@ PROGRAMS = {
         "q1_deg\n0\n\uff11\n",
         "a.csv, line 3, column q1_deg: '\uff11' is not a number",
     ),
-    "wait in a table": ("a.csv", "q1_deg,wait_after_s\n0,\n1,1e300\n", "line 3, column wait_after_s: 1e+300 is not a"),
+    "wait in a table": ("a.csv", "q1_deg,wait_after_s\n0,\n1,1e9\n", "line 3, column wait_after_s: 1e+09 is not a"),
+    "long wait in a table": (
+        "a.csv",
+        "q1_deg,wait_after_s\n0,\n1,1e300\n",
+        "wait_after_s: 1e+300 is beyond all bounds",
+    ),
     "folder": ("folder.yaml", None, "folder.yaml: this is a folder, not a file"),
     "still": ("a.csv", "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n" + "0,-90,90,0,0,0\n" * 3, "there is no motion"),
 }
@@ -200,9 +212,10 @@ WORDS = {
     "many points": ([*PROFILE, "--points", "9" * 5000], "is not a whole number"),
     "control characters": ([*PROFILE, "--points", "\x1b\n"], r"--points: '\x1b\n' is not a whole number"),
     "payload": ([*PROFILE, "--payload", "nan"], "--payload: 'nan' is not a finite number"),
-    "heavy": ([*PROFILE, "--payload", "1e308"], "is more than"),
+    "heavy": ([*PROFILE, "--payload", "1e9"], "is more than"),
+    "heavy beyond bounds": ([*PROFILE, "--payload", "1e308"], "--payload: 1e+308 is beyond all bounds"),
     "negative": ([*PROFILE, "--payload", "-1e-3"], "--payload: -0.001 is not a valid payload mass"),
-    "centre": ([*PROFILE, "--payload-com", "1e308", "0", "0"], "is not a valid centre of mass"),
+    "centre": ([*PROFILE, "--payload-com", "1e9", "0", "0"], "is not a valid centre of mass"),
     "joints": ([*PROFILE[:4], "\uff11,0,0,0,0,0", *PROFILE[5:]], "is not a list of numbers"),
     "folder to draw": ([*PROFILE, "--plot", "no/x.svg"], "no/x.svg, --plot: there is no folder 'no'"),
     "home": ([*PROFILE, "--plot", "~/x.svg"], "there is no folder '~'"),

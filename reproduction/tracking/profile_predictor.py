@@ -19,13 +19,13 @@ from reproduction.predictors.evaluation import passes_gate
 from reproduction.predictors.training import SIMULATED
 from reproduction.profile_predictor.training import MODEL
 from reproduction.tables import columns
-from reproduction.tracking.store import figures_of, tags
+from reproduction.tracking.store import figures_of, log_data, promote, tags
 from robojoule.arrays import Array
 from robojoule.errors import RobojouleError
 from robojoule.profile.parameters import TARGETS
 from robojoule.profile.predictor_file import load_profile_predictor
 
-REGISTERED = "robojoule_profile_predictor"
+REGISTERED = "energy-profile"
 MODEL_CODE = Path(__file__).with_name("profile_model.py")
 PREDICTED = ("duration_s", "energy_j", "lower_j", "upper_j")
 
@@ -66,6 +66,7 @@ def record_profile_predictor(
         warnings.simplefilter("ignore", UserWarning)  # advice on type hints and examples; the signature is given
         mlflow.log_params({"model": MODEL} | settings.model_dump(mode="json"))
         mlflow.log_metrics(figures_of(MODEL, metrics))
+        log_data(mlflow, *(path for path in (layout.motions, layout.runs) if path.exists()))
         if not passed:
             mlflow.log_artifacts(folder, "rejected")
             return f"{MODEL}, recorded in MLflow, refused by its gate"
@@ -82,7 +83,7 @@ def record_profile_predictor(
         again = mlflow.pyfunc.load_model(f"models:/{REGISTERED}/{number}").unwrap_python_model().predictor
         if not np.array_equal(again.calibration.x, predictor.calibration.x):
             raise RobojouleError(f"models:/{REGISTERED}/{number} is another model than the one that was judged")
-        mlflow.MlflowClient().set_registered_model_alias(REGISTERED, "champion", number)
+        promote(mlflow, REGISTERED, number)
     return f"{MODEL}, recorded in MLflow and registered"
 
 

@@ -11,7 +11,7 @@ import logging
 import os
 import subprocess
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,19 @@ from typing import Any
 from pydantic import BaseModel
 
 from reproduction.layout import Layout
+from reproduction.settings import apply_settings
+from robojoule.documents import atomic_path, reason
+from robojoule.errors import InputError, RobojouleError
 
-EXPERIMENT = "robojoule"
+PIPELINE = "pipeline"
+STUDY = "cross-validation"
+MEASURED = "measured-motions"
+EXPERIMENTS = (PIPELINE, STUDY, MEASURED)
+"""Experiments by purpose: trainings of the pipeline, those of the studies, those on measured motions."""
+
+
+class RecordError(RobojouleError):
+    """A training is made, but could not be recorded."""
 
 
 @dataclass(frozen=True)
@@ -59,28 +70,98 @@ def config_hash(params: BaseModel) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def connect(layout: Layout, experiment: str = EXPERIMENT) -> Any:
-    """MLflow, set to record in an experiment of the project's store; both are made if there are none."""
-    mlflow = _mlflow()
-    with _alone(layout):
-        mlflow.set_tracking_uri(store_uri(layout))
-        mlflow.set_registry_uri(store_uri(layout))
+def connect(layout: Layout, experiment: str = PIPELINE) -> Any:
+    """MLflow, set to record in an experiment of the project's store; both are made if there are none.
+
+    Where `MLFLOW_TRACKING_URI` names a server, that is the store. Called before a training starts, so that a store
+    which cannot be used does not cost it.
+
+    Raises:
+        InputError: The store or the server cannot be used.
+    """
+    mlflow = open_store(layout)
+    uri = store_uri(layout)
+    if not _named():
+        _TAKEN.add(uri)
+    mlflow.set_tracking_uri(uri)
+    mlflow.set_registry_uri(uri)
+    with _said(uri):
         if mlflow.get_experiment_by_name(experiment) is None:
-            mlflow.create_experiment(experiment, artifact_location=layout.mlflow_artifacts.as_uri())
+            place = None if uri.startswith("http") else layout.mlflow_artifacts.as_uri()
+            with suppress(mlflow.exceptions.MlflowException):  # another training made it at the same moment
+                mlflow.create_experiment(experiment, artifact_location=place)
         mlflow.set_experiment(experiment)
     return mlflow
 
 
+def open_store(layout: Layout) -> Any:
+    """MLflow, once its store is there and is found to work.
+
+    A new store is made beside its name and renamed when its tables are complete: MLflow breaks one for good that
+    several processes make at the same moment, or whose making is killed.
+
+    Raises:
+        InputError: The store or the server cannot be used.
+    """
+    mlflow = _mlflow()
+    if _named():
+        return mlflow
+    from mlflow.store.tracking.sqlalchemy_store import SqlAlchemyStore
+
+    def tables(path: Path) -> None:
+        opened = SqlAlchemyStore(f"sqlite:///{path}", layout.mlflow_artifacts.as_uri())
+        opened.engine.dispose()
+
+    store = layout.mlflow_store
+    with _alone(store), _said(f"sqlite:///{store}"):
+        if not store.exists():
+            for stale in store.parent.glob(".*.db"):  # begun by one that was killed
+                stale.unlink()
+            with atomic_path(store) as path:
+                tables(path)
+        else:
+            tables(store)
+    return mlflow
+
+
 @contextmanager
-def _alone(layout: Layout) -> Iterator[None]:
-    """One process at a time: MLflow breaks a store that two first trainings make at the same instant."""
+def _said(uri: str) -> Iterator[None]:
+    """Whatever MLflow, SQLAlchemy or SQLite find wrong with a store, as one sentence with the mend."""
     try:
-        import fcntl
-    except ImportError:  # Windows: trainings that start together are for the user to avoid
         yield
-        return
-    with layout.mlflow_store.with_name(f"{layout.mlflow_store.name}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # freed when the file is closed, also by a process that is killed
+    except RobojouleError:
+        raise
+    except Exception as error:  # each of the three has kinds of its own
+        words = " ".join(str(error).split("[SQL:")[0].split())
+        if "out-of-date database schema" in words:
+            raise InputError(
+                "the store of MLflow is of an older version", file=uri, allowed=f"it after `mlflow db upgrade {uri}`"
+            ) from None
+        mend = (
+            "a running server, or MLFLOW_TRACKING_URI unset"
+            if uri.startswith("http")
+            else "a store that works, or none: move it away, and a new one is made"
+        )
+        raise InputError(
+            f"the record of MLflow cannot be used ({words[:120]})", file=uri.removeprefix("sqlite:///"), allowed=mend
+        ) from None
+
+
+@contextmanager
+def _alone(store: Path) -> Iterator[None]:
+    """One process at a time."""
+    try:
+        store.parent.mkdir(parents=True, exist_ok=True)
+        lock = store.with_name(f"{store.name}.lock").open("w")
+    except OSError as error:
+        raise InputError(f"the folder of MLflow's store cannot be written ({reason(error)})", file=store) from None
+    with lock:
+        try:
+            import fcntl
+        except ImportError:  # Windows: trainings that start together are for the user to avoid
+            pass
+        else:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # freed when the file is closed, also by a process that is killed
         yield
 
 
@@ -96,10 +177,10 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     Returns:
         The run, or None if this store has none.
     """
-    if not layout.mlflow_store.exists():  # a look must not create a store
-        return None
+    if not _named() and not layout.mlflow_store.exists():
+        return None  # a look must not create a store
     client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
-    experiment = client.get_experiment_by_name(EXPERIMENT)
+    experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
     wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
@@ -117,13 +198,23 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
 
 def store_uri(layout: Layout) -> str:
-    """Address of the store."""
-    return f"sqlite:///{layout.mlflow_store}"
+    """Address of the store: the one that the environment names, or the project's file."""
+    return _named() or f"sqlite:///{layout.mlflow_store}"
+
+
+_TAKEN: set[str] = set()  # MLflow puts the store that it is told to use into the environment
+
+
+def _named() -> str | None:
+    """The store that the user's environment names."""
+    named = os.environ.get("MLFLOW_TRACKING_URI")
+    return None if named in _TAKEN else named
 
 
 def _mlflow() -> Any:
     """MLflow, imported only where something is recorded or looked up, because that takes some 10 s."""
-    os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
+    apply_settings()
+    os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "2")  # a stopped server is told of at once
     os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
     os.environ.setdefault("MLFLOW_UV_AUTO_DETECT", "false")  # a model needs the few packages named with it
     import mlflow
@@ -150,19 +241,55 @@ def git_commit(folder: Path) -> str:
 
 
 def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
-    """What tells trainings of a stage apart: data, parameters, commit."""
-    return {
+    """What tells trainings of a stage apart: data, parameters, commit, lock file, and the sweep that they belong to."""
+    found = {
         "data_hash": data_hash(layout.features),
         "config_hash": config_hash(params),
         "git_commit": git_commit(Path(__file__).parent),
         "dvc_stage": stage,
     }
+    lock = layout.root / "dvc.lock"
+    if lock.exists():
+        found["lock_hash"] = data_hash(lock)
+    if "DVC_EXP_NAME" in os.environ:
+        found["dvc_experiment"] = os.environ["DVC_EXP_NAME"]
+    return found
+
+
+def log_data(mlflow: Any, *paths: Path) -> None:
+    """Log files as the data of a training, each with the hash by which DVC knows it."""
+    from mlflow.data.dataset_source_registry import resolve_dataset_source
+    from mlflow.data.meta_dataset import MetaDataset
+
+    for path in paths:
+        source = resolve_dataset_source(path.resolve().as_uri())
+        mlflow.log_input(MetaDataset(source, name=path.stem, digest=data_hash(path)), context="training")
+
+
+@contextmanager
+def recording(layout: Layout) -> Iterator[None]:
+    """Tell what fails while a training is recorded as a `RecordError`: the training itself is made."""
+    try:
+        with _said(store_uri(layout)):
+            yield
+    except InputError as error:
+        raise RecordError(f"the trainings are made, but not all of them are recorded: {error}") from None
+
+
+def promote(mlflow: Any, name: str, version: str) -> None:
+    """Make a version of a registered model the champion; the one that was is `previous`."""
+    client = mlflow.MlflowClient()
+    with suppress(mlflow.exceptions.MlflowException):  # none so far
+        last = client.get_model_version_by_alias(name, "champion")
+        if str(last.version) != version:
+            client.set_registered_model_alias(name, "previous", last.version)
+    client.set_registered_model_alias(name, "champion", version)
 
 
 def figures_of(model: str, metrics: Mapping[str, Mapping[str, Mapping[str, float]]]) -> dict[str, float]:
-    """Figures of one model as MLflow names them, `energy_saving_j.rel_p50_percent`, from target -> model -> figure."""
+    """Figures of one model, from target -> model -> figure, named as in `reports/metrics.json`."""
     return {
-        f"{group}.{name}": value
+        f"predictors.{group}.{model}.{name}": value
         for group, by_model in metrics.items()
         for name, value in by_model.get(model, {}).items()
     }

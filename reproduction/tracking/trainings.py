@@ -19,7 +19,7 @@ from reproduction.report.predictor_figures import predicted_against_simulated, p
 from reproduction.report.results import Results
 from reproduction.tables import columns
 from reproduction.tracking.profile_predictor import record_profile_predictor
-from reproduction.tracking.store import EXPERIMENT, connect, figures_of, tags
+from reproduction.tracking.store import connect, figures_of, log_data, promote, recording, tags
 from robojoule.errors import RobojouleError
 from robojoule.plots.style import Style
 from robojoule.profile.parameters import TARGETS
@@ -30,30 +30,58 @@ CHECKED_ROWS = 200
 TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
 
 
-def record_trainings(params: Params, layout: Layout, found: Comparison) -> Iterator[str]:
-    """Record the trainings of all predictors; register each, read it back and judge it on held-out motions.
+class TrainingRecord:
+    """The record of the trainings of all predictors: opened before they begin, written when they are made.
 
     Args:
         params: Parameters of the pipeline.
         layout: Folder of the project.
-        found: The models of three parameters and how they compare; the profile predictor is read from its files.
-
-    Yields:
-        A line of text for each training.
-
-    Raises:
-        RobojouleError: A model that was read back is another one.
     """
-    mlflow = connect(layout)
-    test = found.predictions.filter(pa.compute.equal(found.predictions["split"], "test"))
-    baseline = columns(found.features.filter(pa.compute.equal(found.features["split"], "train")), TARGETS)
-    for training in found.trainings:
-        number = _record(mlflow, params, layout, training, found)
-        mine = test.filter(pa.compute.equal(test["model"], training.model))
-        champion = beats_mean(columns(mine, TARGETS), columns(mine, SIMULATED), baseline)
-        _judge(mlflow, f"{EXPERIMENT}_{training.model}", number, champion)
-        yield f"{training.model}, recorded in MLflow"
-    yield record_profile_predictor(mlflow, params, layout, test, baseline, found.metrics)
+
+    def __init__(self, params: Params, layout: Layout) -> None:
+        self._params = params
+        self._layout = layout
+        self._mlflow: Any = None
+
+    def open(self) -> None:
+        """Open the store.
+
+        Raises:
+            InputError: It cannot be used.
+        """
+        self._mlflow = connect(self._layout)
+
+    def write(self, found: Comparison) -> Iterator[str]:
+        """Record each training; register its model, read it back and judge it on held-out motions.
+
+        Args:
+            found: The models of three parameters and how they compare; the profile predictor is read from its files.
+
+        Yields:
+            A line of text for each training.
+
+        Raises:
+            RecordError: The store failed meanwhile; the trainings are not touched by that.
+            RobojouleError: A model that was read back is another one.
+        """
+        mlflow, params, layout = self._mlflow, self._params, self._layout
+        test = found.predictions.filter(pa.compute.equal(found.predictions["split"], "test"))
+        baseline = columns(found.features.filter(pa.compute.equal(found.features["split"], "train")), TARGETS)
+        for training in found.trainings:
+            with recording(layout):
+                number = _record(mlflow, params, layout, training, found)
+                mine = test.filter(pa.compute.equal(test["model"], training.model))
+                champion = beats_mean(columns(mine, TARGETS), columns(mine, SIMULATED), baseline)
+                _judge(mlflow, registered_name(training.model), number, champion)
+            yield f"{training.model}, recorded in MLflow"
+        with recording(layout):
+            line = record_profile_predictor(mlflow, params, layout, test, baseline, found.metrics)
+        yield line
+
+
+def registered_name(model: str) -> str:
+    """Name under which a model of three parameters is registered."""
+    return model.replace("_", "-")
 
 
 def _record(mlflow: Any, params: Params, layout: Layout, training: Training, found: Comparison) -> str:
@@ -70,6 +98,7 @@ def _record(mlflow: Any, params: Params, layout: Layout, training: Training, fou
             | getattr(settings, model).model_dump(mode="json")
         )
         mlflow.log_metrics(figures_of(model, found.metrics) | {"fit_s": training.fit_s})
+        log_data(mlflow, layout.features)
         for table in ("table_5_1", "suitability"):
             mlflow.log_artifact(str(layout.tables_dir / f"{table}.csv"), "tables")
         results = Results(layout, params.robot.robot(), ThreeSegmentShape(), ("runs", "features", "predictions"))
@@ -84,9 +113,9 @@ def _record(mlflow: Any, params: Params, layout: Layout, training: Training, fou
             input_example=frame.head(EXAMPLE_ROWS),
             skops_trusted_types=TRUSTED_TYPES,
             pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
-            registered_model_name=f"{EXPERIMENT}_{model}",
+            registered_model_name=registered_name(model),
         )
-        registered = f"models:/{EXPERIMENT}_{model}/{logged.registered_model_version}"
+        registered = f"models:/{registered_name(model)}/{logged.registered_model_version}"
         again = mlflow.sklearn.load_model(registered).predict(frame[:CHECKED_ROWS])
         if not np.allclose(again, expected[:CHECKED_ROWS], rtol=1e-12, atol=1e-9):
             raise RobojouleError(f"{registered} predicts something else than the model that was logged")
@@ -95,7 +124,6 @@ def _record(mlflow: Any, params: Params, layout: Layout, training: Training, fou
 
 def _judge(mlflow: Any, name: str, number: str, champion: bool) -> None:
     """Make a version the champion if it beats the training data's mean on the test trees."""
-    client = mlflow.MlflowClient()
-    client.set_model_version_tag(name, number, "beats_baseline", str(champion).lower())
+    mlflow.MlflowClient().set_model_version_tag(name, number, "beats_baseline", str(champion).lower())
     if champion:
-        client.set_registered_model_alias(name, "champion", number)
+        promote(mlflow, name, number)

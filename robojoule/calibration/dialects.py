@@ -1,7 +1,8 @@
 """How tables of numbers come as text: which signs separate cells and decimals, what the letters are coded by.
 
-A table has a header; below it may be a row of units. Cells are separated by commas, semicolons or tabs. Where commas
-do not separate cells, they may separate decimals. Text is UTF-8 or UTF-16 with a mark at its beginning; text that is
+A table has a header; below it may be a row of units. Cells are separated by commas, semicolons or tabs, or by blanks
+where the header has none of these, as recorders of Universal Robots controllers write. Where commas do not separate
+cells, they may separate decimals. Text is UTF-8 or UTF-16 with a mark at its beginning; text that is
 not UTF-8 is read as Latin-1, as older programs of Windows write it. Time may be in ISO stamps.
 """
 
@@ -110,6 +111,9 @@ def rows_of(text: str) -> Rows:
     lines = text.replace("\r\n", "\n").replace("\r", "\n")
     header = next((line for line in lines.split("\n") if line.strip()), "")
     separator = max(_SEPARATORS, key=header.count)
+    if separator not in header and " " in header.strip():
+        separator = " "
+        lines = "\n".join(" ".join(line.split()) for line in lines.split("\n"))
     rows = [row for row in csv.reader(io.StringIO(lines), delimiter=separator) if any(cell.strip() for cell in row)]
     if not rows:
         raise ValueError("it is empty")

@@ -15,7 +15,7 @@ from robojoule.arrays import Array
 from robojoule.calibration.dialects import check_unit, decoded, rows_of, seconds_of_stamps, unpacked
 from robojoule.documents import check_file, read_bytes, reason
 from robojoule.errors import InputError, require_package
-from robojoule.inputs import counted, shown
+from robojoule.inputs import LARGEST, counted, shown
 
 MOST_LOG_BYTES = 2**31
 SUFFIXES = (".csv", ".tsv", ".txt", ".csv.gz", ".tsv.gz", ".txt.gz", ".parquet")
@@ -59,9 +59,11 @@ class LogTable:
         if name not in self.names:
             raise InputError("this column is missing", file=self.source, key=name)
         values = self.values(self.names.index(name))
-        bad = np.flatnonzero(~np.isfinite(values))
+        bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
         if bad.size:
-            raise InputError(f"row {bad[0] + 1} is empty or not a finite number", file=self.source, key=name)
+            is_far = np.isfinite(values[bad[0]])
+            problem = "holds a number beyond all bounds" if is_far else "is empty or not a finite number"
+            raise InputError(f"row {bad[0] + 1} {problem}", file=self.source, key=name)
         return values
 
 

@@ -14,6 +14,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from typing import NoReturn
 
@@ -24,6 +25,7 @@ COMMANDS = {
     "example": "write a program or a script to start from",
     "robots": "list the robots of the catalog, check a robot file, scale drives for a URDF",
     "profile": "energy over duration of one motion",
+    "convert": "a program in another format, such as a robot's own language",
     "simulate": "cycle time, energy, largest power and torque of a program as it stands",
     "optimize": "speed limits and waits with the least energy for a cycle time",
     "adjust": "a plan made again from what a trial of it took on the machine",
@@ -85,6 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _ended(f"{name}: {error}", 1)
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         return _ended(None, 1)
+    except RuntimeError as error:  # Python before 3.12 wraps what happens while a class is made in an import
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            return _ended(f"{name}: interrupted", INTERRUPTED)
+        raise
 
 
 _WELCOME = """\
@@ -132,7 +138,8 @@ def _run(words: list[str], command: str | None) -> int:
 def _ended(message: str | None, code: int) -> int:
     """The exit code, with a message for people."""
     if message and sys.stderr is not None:
-        print(message, file=sys.stderr)
+        with suppress(OSError):  # there is no other place to say it
+            print(message, file=sys.stderr, flush=True)
     try:
         _flush()
     except OSError:  # or the interpreter's own flush would fail

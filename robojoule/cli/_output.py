@@ -28,8 +28,16 @@ def show_moves(result: dict[str, Any]) -> None:
             f"{move['name']:{width}}  {move['speed_limit_percent']:15.2f}  {move['duration_s']:12.4f}  "
             f"{move['wait_before_s']:15.4f}  {move['wait_after_s']:14.4f}  {move['energy_j']:10.1f}"
         )
+    for note in result.get("notes", ()):
+        print(f"note: {note}")
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def show_diff(result: dict[str, Any]) -> None:
+    """Print what changes in the program's files, if that was asked for."""
+    if "diff" in result:
+        print(result["diff"] or "nothing changes in the program's files", end="" if result["diff"] else "\n")
 
 
 def show_written(result: dict[str, Any], *names: str) -> None:

@@ -15,8 +15,7 @@ from robojoule.cli._arguments import (
     add_runs,
     add_slowest,
     check_outputs,
-    program_of,
-    robot_of,
+    program_and_robot_of,
 )
 from robojoule.cli._output import show_head, show_loads, show_written
 
@@ -49,10 +48,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.documents import write_files
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
-    program = program_of(arguments)
+    program, robot = program_and_robot_of(arguments)
     found = pareto(
         program,
-        robot_of(arguments, program),
+        robot,
         allow_faster=arguments.allow_faster,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,
         profiles=arguments.profiles,

@@ -8,10 +8,11 @@ from typing import Any
 
 from robojoule.cli._arguments import number
 from robojoule.errors import InputError, each_of
-from robojoule.inputs import as_path
+from robojoule.inputs import as_number, as_path
 
 GROUPS = ("kinematics", "limits", "effort", "inertia", "capsules", "drives")
 REFUSED = 2
+LEAST_RATED_KG, MOST_RATED_KG = 0.01, 1e4  # the laws are told from arms of 3 to 500 kg
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,8 +96,7 @@ def _scale(arguments: argparse.Namespace) -> dict[str, Any]:
     path = as_path(arguments.file, "file")
     if path.suffix.lower() != ".urdf":
         raise InputError("only a URDF needs a drive file", file=path, allowed="a file with the suffix .urdf")
-    if not arguments.rated_payload > 0.0:
-        raise InputError(f"{arguments.rated_payload:g} kg is out of range", key="--rated-payload", allowed="above 0 kg")
+    as_number(arguments.rated_payload, "--rated-payload", least=LEAST_RATED_KG, most=MOST_RATED_KG, unit="kg")
     out = path.with_suffix(DRIVE_FILE_SUFFIXES[0]) if arguments.out is None else arguments.out
     if not str(out).lower().endswith(DRIVE_FILE_SUFFIXES):
         raise InputError("unknown file type", file=out, key="--out", allowed=", ".join(DRIVE_FILE_SUFFIXES))

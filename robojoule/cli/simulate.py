@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, program_of, robot_of
+from robojoule.cli._arguments import add_program, add_robot, program_and_robot_of
 from robojoule.cli._output import show_head, show_loads, show_moves
 
 
@@ -18,24 +18,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the program with its own speed limits and waits."""
     from robojoule.api import simulate
-    from robojoule.planning.cycle_run import cycle_warnings
-    from robojoule.planning.path_checks import collision_warnings
-    from robojoule.programs.tree_check import in_model_angles, robot_warnings
 
-    program = program_of(arguments)
-    robot = robot_of(arguments, program)
+    program, robot = program_and_robot_of(arguments)
     cycle = simulate(program, robot)
-    return {
-        "program": program.name,
-        "robot": robot.name,
-        "payload_kg": float(robot.payload.mass_kg),
-        **cycle.to_dict(),
-        "warnings": [
-            *robot_warnings(program.tree, robot),
-            *collision_warnings(in_model_angles(program.tree, robot), robot),
-            *cycle_warnings(program.tree, cycle),
-        ],
-    }
+    head = {"program": program.name, "robot": robot.name, "payload_kg": float(robot.payload.mass_kg)}
+    return {**head, **cycle.to_dict(), "notes": list(program.notes)}
 
 
 def show(result: dict[str, Any]) -> None:

@@ -183,7 +183,12 @@ def read_cell(path: str | Path) -> Cell:
     Raises:
         InputError: Unreadable file, unknown or missing key, bad value, or a cell that is not consistent.
     """
-    document = parse(CellDocument, read_document(path), path)
+    return cell_of(read_document(path), path)
+
+
+def cell_of(data: Any, path: str | Path) -> Cell:
+    """Check plain data of a cell file; see `read_cell`."""
+    document = parse(CellDocument, data, path)
     try:
         return document.cell()
     except InputError as error:

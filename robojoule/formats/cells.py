@@ -1,19 +1,25 @@
-"""Files of cells: which kinds there are, told apart by their suffix."""
+"""Files of cells: which kinds there are, told apart by their suffix and by what they say they are."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from robojoule.documents import data_of, read_document_text
 from robojoule.errors import InputError
-from robojoule.formats.cell_files import read_cell
+from robojoule.formats.cell_files import cell_of
 from robojoule.formats.cell_xml import read_cells as read_benchmark
 from robojoule.inputs import as_path, shown
 from robojoule.programs.cell import Cell
 
+if TYPE_CHECKING:
+    from robojoule.formats.robot_cell import RobotCell
+
 SUFFIXES = {".xml": "published benchmark", ".yaml": "cell file", ".yml": "cell file", ".json": "cell file"}
+ROBOT_CELL = "robojoule-robot-cell"
 
 
-def load_cells(path: str | Path) -> tuple[Cell, ...]:
+def load_cells(path: str | Path) -> tuple[Cell | RobotCell, ...]:
     """Read the cells of a file: one of a cell file (YAML, JSON), one or more of the published benchmark (XML).
 
     Raises:
@@ -24,4 +30,11 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     if suffix not in SUFFIXES:
         allowed = ", ".join(f"{one} ({what})" for one, what in SUFFIXES.items())
         raise InputError(f"unknown file type {shown(suffix)}", file=file, allowed=allowed)
-    return read_benchmark(file) if suffix == ".xml" else (read_cell(file),)
+    if suffix == ".xml":
+        return read_benchmark(file)
+    data = data_of(read_document_text(file), file)
+    if isinstance(data, dict) and data.get("format") == ROBOT_CELL:
+        from robojoule.formats.robot_cell_files import robot_cell_of  # late: brings robots
+
+        return (robot_cell_of(data, file),)
+    return (cell_of(data, file),)

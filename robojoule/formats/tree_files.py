@@ -22,6 +22,7 @@ from robojoule.programs.operation_tree import (
     PayloadOperation,
     ProcessOperation,
     ShareZone,
+    UnknownOperation,
     WaitOperation,
 )
 
@@ -32,6 +33,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "wait": WaitOperation,
     "process": ProcessOperation,
     "payload": PayloadOperation,
+    "unknown": UnknownOperation,
 }
 _ZONES: dict[str, type[BaseModel]] = {"coarse": CoarseZone, "share": ShareZone}
 
@@ -118,7 +120,9 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         tree: The tree.
         as_degrees: Whether to give angles in degrees, if these read as the very same radians.
     """
-    degrees = in_exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
+    targets = [one.target_rad for one in tree.atomic() if isinstance(one, (MoveOperation, UnknownOperation))]
+    positions = [tree.start_rad, *(target for target in targets if target is not None)]
+    degrees = in_exact_degrees(positions) if as_degrees else None
     pending = iter(degrees or ())
 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:
@@ -136,7 +140,7 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         return {f"{stem}_deg" if k == radians else k: next(pending) if k == radians else v for k, v in data.items()}
 
     data = in_unit(tree.model_dump(mode="json"), "start")
-    for key in ("robot", "angles"):
+    for key in ("robot", "angles", "planned_cycle_s"):
         if data[key] == OperationTree.model_fields[key].default:
             del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}

@@ -14,7 +14,7 @@ from robojoule.motion.groups import TiedMotions
 from robojoule.motion.motions import Motions, MovedMotions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
-from robojoule.planning.tree_motions import motions_of_trees
+from robojoule.planning.tree_motions import check_single_moves, motions_of_trees
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots.robot import Robot
@@ -79,13 +79,14 @@ class TreeBatch:
         Raises:
             InputError: There are coarse zones, speed groups or changes of payload.
         """
-        if isinstance(self.planned, MotionPaths):
-            return self.planned
-        raise InputError(
-            "measured runs are of single moves, but the program has coarse zones, speed groups or changes of payload",
-            key="runs",
-            allowed="fine moves with one payload, each with a speed limit of its own; or no runs",
-        )
+        for tree in self.trees:
+            check_single_moves(tree)
+        assert isinstance(self.planned, MotionPaths)
+        return self.planned
+
+    @paths.setter
+    def paths(self, paths: MotionPaths) -> None:
+        self.executed = self.planned = paths
 
     @cached_property
     def d_min_s(self) -> Array:

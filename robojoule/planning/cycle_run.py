@@ -20,6 +20,8 @@ from robojoule.programs.operation_tree import MoveOperation, OperationTree, Proc
 from robojoule.robots.robot import Robot
 from robojoule.robots.standby import StandbyMode, standing_energy_j
 
+OPEN_CYCLE = "the cycle ends elsewhere than it starts: the way back is not part of it"
+
 
 @dataclass(frozen=True)
 class MoveRun:
@@ -69,6 +71,7 @@ class CycleRun:
         standby_saving_j: What standby modes save on its waits against motors that hold. [J]
         standby: Those modes; none: motors hold.
         end_standing_s: How long the robot stands at the end of the cycle, and on into the next one. [s]
+        warnings: What to know about it, a sentence each, where a program was simulated for itself.
         through: Names of the coarse moves that each motion goes through; of none if empty.
     """
 
@@ -87,6 +90,7 @@ class CycleRun:
     standby_saving_j: float = 0.0
     standby: tuple[StandbyMode, ...] = ()
     end_standing_s: float = 0.0
+    warnings: tuple[str, ...] = ()
     through: tuple[tuple[str, ...], ...] = ()
 
     def __post_init__(self) -> None:
@@ -130,6 +134,7 @@ class CycleRun:
             "peak_power_w": self.peak_power_w,
             "standby_saving_j": self.standby_saving_j,
             "moves": [asdict(move) | {"through": list(move.through)} for move in self.moves],
+            "warnings": list(self.warnings),
         }
 
 
@@ -169,7 +174,7 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     if not closes(tree):
-        found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
+        found.append(OPEN_CYCLE)
     return tuple(found)
 
 

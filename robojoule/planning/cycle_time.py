@@ -30,7 +30,7 @@ def reserve_s(asked: float | str, cycle_time_s: float) -> float:
         raise InputError(
             problem, key="reserve", allowed="seconds (0.1s) or a share of the cycle time (1%), less than it"
         )
-    return seconds
+    return abs(seconds)  # -0 is none
 
 
 def cycle_time_s(asked: float | str, *, given_s: float, least_s: float, faster_s: float | None = None) -> float:
@@ -49,7 +49,7 @@ def cycle_time_s(asked: float | str, *, given_s: float, least_s: float, faster_s
     text = asked.strip() if isinstance(asked, str) else ""
     relative = text.startswith("+") and text.endswith("%")
     try:
-        value = number_of((text[1:-1] if relative else text).replace("+", "?")) if text else real(asked)
+        value = number_of((text[1:-1] if relative else text).replace("+", "?"), math.inf) if text else real(asked)
     except ValueError:  # "+10" alone may mean either
         value = math.nan
     if not 0.0 <= value < math.inf or (value == 0.0 and not relative):

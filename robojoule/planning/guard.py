@@ -9,13 +9,19 @@ from dataclasses import dataclass, replace
 
 from robojoule.formats.program import Program
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import peak_warnings
+from robojoule.planning.cycle_run import CycleRun, cycle_warnings, peak_warnings
 from robojoule.planning.overload import bearing, check_overload, check_torques, of_the_limits
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.power_limit import check_power, check_power_limit, within_power
-from robojoule.programs.tree_check import robot_warnings, with_angles
+from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import in_model_angles, robot_warnings, with_angles
 from robojoule.robots.robot import Robot
+
+Warnings = tuple[str, ...]
+
+
+CYCLE_DIGITS = 6  # of the cycle time that a program with a plan says [s]
 
 
 @dataclass(frozen=True)
@@ -67,14 +73,37 @@ class Guard:
             InputError: A torque exceeds its peak limit by more than is allowed, or standing exceeds the power.
             PlanningError: A movement exceeds the power.
         """
-        run = of_the_limits(plan.run, self.overload_percent)
-        check_torques(run, self.overload_percent)
-        if self.peak_power_w is not None:
-            check_power(run, self.peak_power_w)
         tree, given = plan.program.tree, as_given.tree
+        tree = tree.model_copy(update={"planned_cycle_s": round(plan.cycle_time_s, CYCLE_DIGITS)})
         if given.angles != tree.angles:
             tree = with_angles(tree, given.angles, given.configurations_rad())
-        known = (*robot_warnings(given, robot), *collision_warnings(plan.program.tree, robot))
+        run, known = self._judged(plan.run, plan.program.tree, given, robot)
         peaks = peak_warnings(run) if self.overload_percent else ()  # else the plan has them
         warnings = (*known, *peaks, *plan.warnings)
         return replace(plan, run=run, program=replace(as_given, tree=tree), warnings=warnings)
+
+    def judged(self, run: CycleRun, program: Program, as_given: Program, robot: Robot) -> tuple[CycleRun, Warnings]:
+        """The simulation of a program of a cell with its torques checked, and everything to know about it.
+
+        Args:
+            run: The simulation.
+            program: The program with its plan, in the angles that were given.
+            as_given: The program as it was given.
+            robot: The robot as it is.
+
+        Raises:
+            InputError: A torque exceeds its peak limit by more than is allowed.
+        """
+        tree = in_model_angles(program.tree, robot)
+        judged, known = replace(self, peak_power_w=None)._judged(run, tree, as_given.tree, robot)
+        return judged, (*known, *cycle_warnings(tree, judged))
+
+    def _judged(
+        self, run: CycleRun, tree: OperationTree, given: OperationTree, robot: Robot
+    ) -> tuple[CycleRun, Warnings]:
+        """A run with torques as shares of the limits as they are, checked; what to know about robot and paths."""
+        run = of_the_limits(run, self.overload_percent)
+        check_torques(run, self.overload_percent)
+        if self.peak_power_w is not None:
+            check_power(run, self.peak_power_w)
+        return run, (*robot_warnings(given, robot), *collision_warnings(tree, robot))

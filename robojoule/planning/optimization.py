@@ -13,7 +13,7 @@ from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
-from robojoule.inputs import shown
+from robojoule.inputs import as_flag, shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
@@ -25,9 +25,9 @@ from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.speed_choice import DISCREPANCY, Outlook, cautious_energies, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
-from robojoule.planning.writeback import WAIT_STEP_S, write_plans
+from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
-from robojoule.profile.predicted import NORMAL_QUANTILE, PredictedProfiles
+from robojoule.profile.predicted import NORMAL_QUANTILE, PredictedProfiles, ProfilePredictor
 from robojoule.profile.source import ProfileSource
 from robojoule.programs.operation_tree import OperationTree
 
@@ -46,6 +46,7 @@ class Wish:
         profiles: Where energies come from.
         cautious: Whether to plan by the upper quantile of energy differences.
         peak_power_w: Largest mains power that the cycle may draw; any if None. [W]
+        predictor: What predicts profiles; the reference of the robot if None.
     """
 
     cycle_time: float | str
@@ -54,17 +55,19 @@ class Wish:
     profiles: Profiles
     cautious: bool
     peak_power_w: float | None = None
+    predictor: ProfilePredictor | None = None
 
 
-def checked_profiles(profiles: object, *, with_runs: bool, cautious: bool) -> Profiles:
+def checked_profiles(profiles: object, *, with_runs: bool, cautious: object, with_model: bool = False) -> Profiles:
     """The source of profiles that is meant.
 
     Raises:
         InputError: There is no such source, or it does not go with what else is asked for.
     """
+    cautious = as_flag(cautious, "cautious")
     if profiles is None:
-        profiles = "measured" if with_runs else "predicted" if cautious else "simulated"
-    if profiles not in get_args(Profiles):
+        profiles = "measured" if with_runs else "predicted" if cautious or with_model else "simulated"
+    if not isinstance(profiles, str) or profiles not in get_args(Profiles):
         raise InputError(
             f"unknown source of profiles {shown(profiles)}", key="profiles", allowed=", ".join(get_args(Profiles))
         )
@@ -73,6 +76,8 @@ def checked_profiles(profiles: object, *, with_runs: bool, cautious: bool) -> Pr
     if profiles == "simulated" and cautious:
         allowed = "predicted or measured profiles"
         raise InputError("simulated profiles have no interval to be cautious by", key="cautious", allowed=allowed)
+    if with_model and profiles != "predicted":
+        raise InputError(f"a model serves predicted profiles, not {profiles} ones", key="model", allowed="predicted")
     return profiles  # type: ignore[return-value]
 
 
@@ -99,8 +104,10 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s)
     idle_w = float(batch.idle_post_w[-1])
     schedule = whole.schedule
-    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=WAIT_STEP_S)[0][0]
-    run = verify(batch, written, schedule, WAIT_STEP_S)
+    step_s = program.wait_step_s
+    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=step_s)[0][0]
+    written = program.placed(written)
+    run = verify(batch, written, schedule, step_s)
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
     if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
@@ -131,7 +138,7 @@ def profile_source(batch: TreeBatch, wish: Wish) -> ProfileSource:
     """Simulated or predicted profiles of the motions of a batch."""
     if wish.profiles == "simulated":
         return AdaptiveProfiles(batch.planned, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
-    found = predicted_profiles(batch)
+    found = predicted_profiles(batch, wish.predictor)
     return found.cautious() if wish.cautious else found
 
 
@@ -185,6 +192,8 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         cautious=wish.cautious,
         speed_step=wish.step_percent / 100.0,
         every_move=wish.profiles == "measured",
+        wait_step_s=program.wait_step_s,
+        placed=program.placed,
     )
     idle_w = float(found.idle_end_w)
     return Plan(

@@ -17,17 +17,17 @@ from robojoule.motion.groups import LoadedMotions
 from robojoule.motion.motions import MovedMotions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
-from robojoule.profile.predicted import PredictedProfiles
+from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
 
 SPEED_LIMITS = 61  # of each profile
 _POWERS = ("idle_start_w", "idle_end_w")
 
 
-def predicted_profiles(batch: TreeBatch) -> PredictedProfiles:
-    """Profiles of the motions of a batch."""
+def predicted_profiles(batch: TreeBatch, predictor: ProfilePredictor | None = None) -> PredictedProfiles:
+    """Profiles of the motions of a batch by a predictor, the one that everybody has if none is given."""
     limits = batch.speed_limits(SPEED_LIMITS)
-    found = _predicted(batch.executed, limits[batch.leaders])
+    found = _predicted(batch.executed, limits[batch.leaders], predictor or reference_predictor(batch.robot))
     if not batch.is_tied:
         return found
     summed = {}
@@ -50,12 +50,12 @@ def simulated_instead(batch: TreeBatch) -> tuple[str, ...]:
     return (f"{motions} simulated: predictors know straight motions only",)
 
 
-def _predicted(motions: MovedMotions, limits: Array) -> PredictedProfiles:
+def _predicted(motions: MovedMotions, limits: Array, predictor: ProfilePredictor) -> PredictedProfiles:
     """Profiles of motions as they run, at speed limits (M, S)."""
     if isinstance(motions, MotionPaths):
-        return reference_predictor(motions.robot).predict(motions, limits)
+        return predictor.predict(motions, limits)
     if isinstance(motions, LoadedMotions):
-        found = _joined([(load.rows, _predicted(load.motions, limits[load.rows])) for load in motions.loads])
+        found = _joined([(load.rows, _predicted(load.motions, limits[load.rows], predictor)) for load in motions.loads])
         alone = motions.before == np.arange(motions.motions)
         start_w = np.where(alone, found.idle_start_w, found.idle_end_w[motions.before])
         return _with_start(found, start_w)
@@ -64,7 +64,7 @@ def _predicted(motions: MovedMotions, limits: Array) -> PredictedProfiles:
     simulated = np.setdiff1d(np.arange(motions.motions), rows)
     parts = [(simulated, _simulated(motions.subset(simulated), limits[simulated]))]
     if rows.size:
-        parts.append((rows, reference_predictor(motions.robot).predict(lines, limits[rows])))
+        parts.append((rows, predictor.predict(lines, limits[rows])))
     return _joined(parts)
 
 

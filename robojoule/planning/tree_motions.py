@@ -7,12 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from robojoule.arrays import Array, Index
+from robojoule.errors import InputError
 from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.corners import Chain
 from robojoule.motion.groups import Load, LoadedMotions
 from robojoule.motion.motions import MovedMotions
 from robojoule.motion.simulation import MotionPaths
-from robojoule.programs.operation_tree import CoarseZone, MoveOperation, OperationTree, ShareZone
+from robojoule.programs.operation_tree import (
+    AtomicOperation,
+    CoarseZone,
+    MoveOperation,
+    OperationTree,
+    PayloadOperation,
+    ShareZone,
+)
 from robojoule.robots.robot import Payload, Robot
 
 SAME_POSITION_RAD = 1e-6
@@ -69,6 +77,31 @@ def motions_of_trees(robot: Robot, trees: Sequence[OperationTree], move_range: t
     if len(loads) == 1:
         return loads[0].motions
     return LoadedMotions(loads, _before(trees))
+
+
+def check_single_moves(tree: OperationTree) -> None:
+    """Refuse trees whose motions are not single moves, for what knows these alone.
+
+    Raises:
+        InputError: A coarse zone, a speed group or a change of payload; names it.
+    """
+    found = next((_joining(one) for one in tree.atomic() if _joining(one)), None)
+    if found:
+        raise InputError(
+            f"{found}: cells of robots and measured runs know single moves with one payload only",
+            allowed="fine moves with speed limits of their own",
+        )
+
+
+def _joining(operation: AtomicOperation) -> str:
+    """What makes an operation more than a single move."""
+    if isinstance(operation, PayloadOperation):
+        return f"operation '{operation.name}' changes the payload"
+    if not isinstance(operation, MoveOperation):
+        return ""
+    if not operation.is_fine:
+        return f"move '{operation.name}' has a coarse zone"
+    return f"move '{operation.name}' is in a speed group" if operation.speed_group is not None else ""
 
 
 def _along(robot: Robot, chains: Sequence[Chain], move_range: tuple[Array, Array]) -> MovedMotions:

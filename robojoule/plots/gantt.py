@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from robojoule.plots.style import BLUE, GREEN, GREY, ORANGE, RED, Style, svg_text
 
 if TYPE_CHECKING:
-    from robojoule.arrays import Array
-    from robojoule.planning.cells.plan import CellPlan, Step
+    from robojoule.planning.cells.plan import CellPlan
     from robojoule.programs.cell import Cell
 
 _MODES = (ORANGE, GREEN, "#6a3fa0", RED)  # standing, by the number of the power mode
@@ -40,7 +37,7 @@ def drawing_of(cell: Cell, plan: CellPlan) -> str:
                 labels.setdefault(k, mode.label or f"mode {mode.name}")
         for step in plan.steps:
             color = BLUE if step.mode is None else _MODES[modes[step.robot, step.mode] % len(_MODES)]
-            for start, length in _parts(step, cell.cycle_time_s):
+            for start, length in step.parts(cell.cycle_time_s):
                 upper.barh(rows[step.robot], length, left=start, height=_HEIGHT, color=color, edgecolor="white", lw=0.4)
         if count <= _NAMED:
             _name(upper, plan, rows, cell.cycle_time_s)
@@ -52,7 +49,7 @@ def drawing_of(cell: Cell, plan: CellPlan) -> str:
         for k in sorted({modes[step.robot, step.mode] for step in plan.steps if step.mode is not None}):
             upper.bar(0.0, 0.0, color=_MODES[k % len(_MODES)], label=f"stands, {labels[k]}")
         upper.bar(0.0, 0.0, color=BLUE, label="moves")
-        time, power = power_w(cell, plan)
+        time, power = plan.powers_w()
         lower.step(time, power, where="post", color=BLUE, linewidth=1.2)
         lower.axhline(plan.energy_j / cell.cycle_time_s, color=GREY, linewidth=0.8, linestyle="--", label="mean")
         lower.set(xlabel="time in the cycle [s]", ylabel="power [W]", xlim=(0.0, cell.cycle_time_s))
@@ -61,31 +58,10 @@ def drawing_of(cell: Cell, plan: CellPlan) -> str:
         return svg_text(figure)
 
 
-def power_w(cell: Cell, plan: CellPlan) -> tuple[Array, Array]:
-    """Power of all robots over a cycle, each activity at its mean power: times [s] and powers from them on [W]."""
-    edges = sorted({0.0, *(edge for step in plan.steps for edge, _ in _parts(step, cell.cycle_time_s))})
-    time = np.array([*edges, cell.cycle_time_s])
-    power = np.zeros(time.size)
-    for step in plan.steps:
-        for start, length in _parts(step, cell.cycle_time_s):
-            power[(time >= start - 1e-12) & (time < start + length - 1e-12)] += step.energy_j / step.duration_s
-    power[-1] = power[-2]
-    return time, power
-
-
-def _parts(step: Step, cycle_time_s: float) -> list[tuple[float, float]]:
-    """Start and length of a step within the cycle, in two parts where it goes over its end."""
-    start = step.start_s % cycle_time_s
-    if step.duration_s <= 0.0:
-        return []
-    over = start + step.duration_s - cycle_time_s
-    return [(start, step.duration_s)] if over <= 1e-9 else [(start, step.duration_s - over), (0.0, over)]
-
-
 def _name(axes: Any, plan: CellPlan, rows: dict[str, int], cycle_time_s: float) -> None:
     """Names of the activities in bars that are long enough for them."""
     for step in plan.steps:
-        start, length = max(_parts(step, cycle_time_s), key=lambda part: part[1], default=(0.0, 0.0))
+        start, length = max(step.parts(cycle_time_s), key=lambda part: part[1], default=(0.0, 0.0))
         if length > 0.011 * len(step.activity) * cycle_time_s:
             text = {"ha": "center", "va": "center", "fontsize": 6.0, "color": "white", "clip_on": True}
             axes.text(start + length / 2.0, rows[step.robot], step.activity, **text)

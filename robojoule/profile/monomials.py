@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
-from robojoule.inputs import shown
+from robojoule.inputs import LARGEST, shown
 
 _LEAST_S = 1e-5  # of a movement: powers below zero grow beyond all bounds towards a duration of zero
+_STEEPEST = 20.0  # degree; published functions go from -4 to 2
 _STEPS = 60  # of a bisection: double precision is reached
 
 
@@ -41,15 +42,24 @@ class MonomialProfile:
         if not self.terms or not np.isfinite(self.terms).all():
             raise InputError("an energy function needs terms with finite degrees and coefficients")
         for degree, coefficient in self.terms:
+            if abs(degree) > _STEEPEST:
+                problem = f"the degree {shown(degree)} of a term is out of range"
+                raise InputError(problem, allowed=f"-{_STEEPEST:g} to {_STEEPEST:g}")
             if 0.0 < degree < 1.0 and coefficient > 0.0:
                 problem = f"the term of degree {degree:g} makes the energy function concave"
                 raise InputError(problem, allowed="degrees of 0 or less, or of 1 or more")
             if coefficient < 0.0 and (degree < 0.0 or degree > 1.0):
                 problem = f"the coefficient {coefficient:g} of degree {degree:g} makes the energy function concave"
                 raise InputError(problem, allowed="0 or more, unless the degree is 0 or 1")
+        ends = [self.d_min_s, self.d_max_s]
+        with np.errstate(over="ignore", invalid="ignore"):
+            largest = float(np.abs([self.value(ends), self.marginal_power_w(ends)]).max())
+        if not largest <= LARGEST:
+            problem = f"the energy function reaches {shown(largest)} J, or W of slope, at an end of its window"
+            raise InputError(problem, allowed=f"up to {LARGEST:g}")
         least = float(self.value(self.duration_at(0.0)))
-        if not 0.0 <= least < float("inf") or not np.isfinite(self.value([self.d_min_s, self.d_max_s])).all():
-            raise InputError(f"the energy function falls to {shown(least)} J", allowed="0 J or more, finite")
+        if least < 0.0:
+            raise InputError(f"the energy function falls to {shown(least)} J", allowed="0 J or more")
 
     def value(self, durations_s: ArrayLike) -> Array:
         """Energy at given durations, any shape. [J]"""

@@ -7,7 +7,7 @@ immutable: a plan is written back with `OperationTree.with_plan`, which returns 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,9 +17,11 @@ from pydantic_core import PydanticCustomError
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
+from robojoule.inputs import LONGEST_S
 from robojoule.programs.degree_keys import accepts_degrees, from_degrees
 from robojoule.programs.operations import (
     LEAST_SPEED_PERCENT,
+    MOST_POWER_W,
     PLANNED,
     AtomicOperation,
     CoarseZone,
@@ -27,10 +29,12 @@ from robojoule.programs.operations import (
     Configuration,
     MoveOperation,
     Name,
+    Number,
     Operation,
     PayloadOperation,
     ProcessOperation,
     ShareZone,
+    UnknownOperation,
     WaitOperation,
 )
 from robojoule.robots.pendant_file import Angles
@@ -38,6 +42,7 @@ from robojoule.robots.robot import Payload
 
 __all__ = [
     "LEAST_SPEED_PERCENT",
+    "MOST_POWER_W",
     "PLANNED",
     "AtomicOperation",
     "CoarseZone",
@@ -48,6 +53,7 @@ __all__ = [
     "PayloadOperation",
     "ProcessOperation",
     "ShareZone",
+    "UnknownOperation",
     "WaitOperation",
     "tree_from_configurations",
 ]
@@ -76,6 +82,9 @@ class OperationTree(Document):
     robot: Name | None = Field(default=None, description="Catalog name of the robot it is written for; none: any.")
     angles: Angles = Field(
         default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
+    )
+    planned_cycle_s: Annotated[Number, Field(gt=0, le=LONGEST_S)] | None = Field(
+        default=None, description="Cycle time that the plan in it was made for, which plans write; none: no plan. [s]"
     )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")

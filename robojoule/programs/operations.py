@@ -182,9 +182,44 @@ class PayloadOperation(Document):
             raise ValueError(str(error.problem)) from None
         return self
 
+    @property
+    def duration_s(self) -> float:
+        """It takes no time. [s]"""
+        return 0.0
+
     def payload(self) -> Payload:
         """The same as robots take it."""
         return Payload(self.mass_kg, self.com_m, self.inertia_kg_m2)
+
+
+class UnknownOperation(Document):
+    """Something whose length is not known: a wait for a signal, or motions that nobody but the controller knows.
+
+    It splits the cycle into sections, which are planned one by one (`sections_of`).
+    """
+
+    model_config = ConfigDict(json_schema_extra=accepts_degrees("target", optional=True))
+
+    type: Literal["unknown"] = "unknown"
+    name: Name = Field(description="Name, unique in the tree.")
+    target_rad: Configuration | None = Field(
+        default=None, description="Where the robot stands afterwards; none: where it was. [rad]"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _degrees(cls, data: Any) -> Any:
+        return from_degrees(data, "target", optional=True)
+
+    @property
+    def duration_s(self) -> float:
+        """Nobody knows how long it takes.
+
+        Raises:
+            InputError: Always: what needs the figure cannot be done with the whole cycle.
+        """
+        problem = f"nobody knows how long operation '{self.name}' takes"
+        raise InputError(problem, allowed="a program whose operations all have their durations")
 
 
 class CompoundOperation(Document):
@@ -197,11 +232,8 @@ class CompoundOperation(Document):
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
 
 
-AtomicOperation = MoveOperation | WaitOperation | ProcessOperation | PayloadOperation
-Operation = Annotated[
-    CompoundOperation | MoveOperation | WaitOperation | ProcessOperation | PayloadOperation,
-    Field(discriminator="type"),
-]
+AtomicOperation = MoveOperation | WaitOperation | ProcessOperation | PayloadOperation | UnknownOperation
+Operation = Annotated[CompoundOperation | AtomicOperation, Field(discriminator="type")]
 
 
 CompoundOperation.model_rebuild()

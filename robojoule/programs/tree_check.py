@@ -15,6 +15,7 @@ from robojoule.programs.operation_tree import (
     Operation,
     OperationTree,
     PayloadOperation,
+    UnknownOperation,
 )
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.pendant_file import Angles
@@ -49,6 +50,8 @@ def check_tree(
             configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
         if isinstance(operation, PayloadOperation):
             robot.file.check_payload(operation.mass_kg, file=source, key=f"{key}.mass_kg")
+        elif isinstance(operation, UnknownOperation) and operation.target_rad is not None:
+            configurations.append((f"{key}.target_rad", f"operation '{operation.name}'", operation.target_rad))
     for key, what, values in configurations:
         try:
             is_mapped = mapping is not None and len(values) == robot.joint_count

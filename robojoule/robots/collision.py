@@ -13,6 +13,7 @@ Rules:
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -71,6 +72,26 @@ class CollisionModel:
         """Names of what is checked against what, in the order of `clearances_m`."""
         pairs = [(self.names[first], self.names[second]) for first, second in self.pairs]
         return (*pairs, *((self.names[index], FLOOR) for index in self._above_floor))
+
+    @property
+    def radii_m(self) -> Array:
+        """Radius of every capsule, shape (K,). [m]"""
+        return self._radii_m
+
+    @cached_property
+    def levers_m(self) -> Array:
+        """How far a capsule's axis can be from each joint that carries it, zero for other joints, shape (K, n). [m]
+
+        The way from the origin of a joint over those behind it to the end of the capsule is at least as long.
+        """
+        mechanism = self._robot.mechanism
+        lengths = np.array([float(np.linalg.norm(placement.origin_m)) for placement in mechanism.placements])
+        own = np.linalg.norm(self._ends_m, axis=2).max(axis=1)
+        levers = np.zeros((len(self.names), mechanism.joint_count))
+        for k, body in enumerate(self._bodies.tolist()):
+            for joint in range(body):
+                levers[k, joint] = lengths[joint + 1 : body].sum() + own[k]
+        return levers
 
     def segments_m(self, q: ArrayLike) -> Array:
         """Ends of every capsule's segment in the base frame.

@@ -35,6 +35,7 @@ NEEDED_SHARE = 0.05  # least share of its peak that any joint needs against grav
 FASTEST_RAD_S = 30.0  # 1700 degrees/s; the fastest joint of the catalog turns at 18 rad/s
 FARTHEST_RAD = 30.0  # five turns
 LONGEST_M = 20.0
+SHORTEST_M = 0.2  # what counts as reach at least: that of a trunk whose axes meet in a point says nothing of its size
 WIDEST = 1.0  # radius of gyration of a link over the reach; the catalog: up to 0.25
 DENSEST_KG_M3 = 19_300.0  # tungsten
 LARGEST_IDLE = 10.0  # idle power in the worst pose over that of the scaling laws; the catalog: up to 5.2
@@ -78,10 +79,10 @@ def _branches(robot: Robot) -> Iterator[Doubt]:
 def _masses(robot: Robot) -> Iterator[Doubt]:
     file = robot.file
     masses = {name: link.mass_kg for name, link in file.links.items() if link is not None and _moves(robot, name)}
-    if not masses or file.rated_payload_kg <= 0.0 or file.reach_m <= 0.0:
+    if not masses or file.rated_payload_kg <= 0.0:
         return
     mass, heaviest = sum(masses.values()), max(masses, key=lambda name: masses[name])
-    usual = MASS_OF_KG_AND_M * file.rated_payload_kg**0.5 * file.reach_m**1.5
+    usual = MASS_OF_KG_AND_M * file.rated_payload_kg**0.5 * max(file.reach_m, SHORTEST_M) ** 1.5
     problem = (
         f"the moving links weigh {_said(mass)} kg together, {_said(mass / usual)} times what arms of "
         f"{file.rated_payload_kg:g} kg rated payload and {file.reach_m:.2f} m reach do ({_said(usual)} kg)"
@@ -93,7 +94,7 @@ def _masses(robot: Robot) -> Iterator[Doubt]:
 
 
 def _inertia(robot: Robot) -> Iterator[Doubt]:
-    reach_m = robot.file.reach_m
+    reach_m = max(robot.file.reach_m, SHORTEST_M)
     for name, link in robot.file.links.items():
         if link is None or link.mass_kg <= NO_MASS_KG or not _moves(robot, name) or name in robot.file.lumped_links:
             continue

@@ -11,12 +11,13 @@ import numpy as np
 
 from robojoule.documents import read_bytes, reason
 from robojoule.errors import InputError
-from robojoule.inputs import number_of
+from robojoule.inputs import LARGEST, number_of
 from robojoule.robots.rigid_body import Placement, RigidBody
 
 Vector = tuple[float, float, float]
 JOINT_TYPES = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 LIMITS = {"lower_rad": "lower", "upper_rad": "upper", "velocity_rad_s": "velocity", "effort_nm": "effort"}
+MOST_LIMIT = 1e20  # files of arms without a limit give 1e16 and the like
 XACRO = "the output of `xacro FILE > arm.urdf` (xacro comes with ROS)"
 
 
@@ -108,7 +109,7 @@ def _limits(limit: ElementTree.Element | None, kind: str, path: Path, key: str) 
         # The URDF specification lets a missing position limit be 0; velocity and effort have no default.
         text = limit.get(name, "0" if positional else None)
         if text is not None:
-            found[field] = _number(text, path, f"{key} limit {name}")
+            found[field] = _number(text, path, f"{key} limit {name}", MOST_LIMIT)
     return found
 
 
@@ -168,9 +169,9 @@ def _vector(element: ElementTree.Element | None, name: str, default: Vector, pat
     return values[0], values[1], values[2]
 
 
-def _number(text: str, path: Path, key: str) -> float:
+def _number(text: str, path: Path, key: str, most: float = LARGEST) -> float:
     try:
-        return number_of(text)
+        return number_of(text, most)
     except ValueError as error:
         raise InputError(str(error), file=path, key=key) from None
 

@@ -16,6 +16,15 @@ def test_a_comma_is_a_decimal_only_where_it_does_not_separate():
     assert rows_of("a;b\n1,5;2\n").number_text("1.234,5") == "1.234,5"  # thousands: not guessed
 
 
+def test_blanks_separate_where_nothing_else_does():
+    """As the recorder of Universal Robots' client library writes; names with blanks stay whole beside a separator."""
+    found = rows_of("timestamp  actual_q_0 actual_q_1 \n0,5  1 2\n\n 1.5 3 4\n")
+    assert found.names == ["timestamp", "actual_q_0", "actual_q_1"]
+    assert [[found.number_text(cell) for cell in row] for row in found.cells] == [["0.5", "1", "2"], ["1.5", "3", "4"]]
+    assert rows_of("move name, t\nto the belt, 1\n").cells == [["to the belt", " 1"]]
+    assert rows_of("move name\tt\nto the belt\t1\n").names == ["move name", "t"]
+
+
 def test_a_row_of_numbers_or_of_names_is_no_row_of_units():
     assert rows_of("t,x\n0,1\n1,2\n").units == []
     assert rows_of("move,t\nhome,1\nback,2\n").units == []

@@ -62,3 +62,11 @@ def test_packets_that_came_twice_count_once(tmp_path):
 def test_power_of_the_arm_is_not_taken_for_that_of_the_mains(tmp_path):
     with pytest.raises(InputError, match=r"power_side: the power of this log is that of the bus.*allowed: arm"):
         rj.identify(saved(tmp_path, columns()), load_robot(ROBOT))
+
+
+def test_a_table_that_blanks_separate_is_read(tmp_path):
+    table = columns()
+    rows = [" ".join(table), *(" ".join(f"{value:.9g}" for value in row) for row in zip(*table.values(), strict=True))]
+    (tmp_path / "rtde.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    log = read_log(tmp_path / "rtde.txt", load_robot(ROBOT))
+    assert log.power_w == pytest.approx(48.0 * table["actual_robot_current"])

@@ -52,9 +52,10 @@ def shell(line: str, **environment: str) -> subprocess.CompletedProcess[str]:
         ("ROBOJOULE robots >&-", 0, ""),
         ("ROBOJOULE robots >&- 2>&-", 0, ""),
         ("ROBOJOULE paretto 2>&-", 2, ""),
+        ("ROBOJOULE paretto 2>/dev/full", 2, ""),
         ("ROBOJOULE robots > /dev/full", 1, "the result cannot be printed (No space left on device)\n"),
     ],
-    ids=["no output", "neither", "no errors", "full"],
+    ids=["no output", "neither", "no errors", "errors full", "full"],
 )
 def test_closed_and_full_streams_end_without_a_traceback(line, code, said):
     done = shell(line)
@@ -94,6 +95,17 @@ def test_an_interrupted_command_says_so_and_writes_nothing(program, monkeypatch,
         signal.signal(signal.SIGINT, before)
     assert capsys.readouterr().err == "robojoule pareto: interrupted\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupt_while_modules_are_loaded_is_one_too(monkeypatch, capsys):
+    """Python 3.11 wraps it where it comes while a class is made."""
+
+    def stopped(name: str) -> None:
+        raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
+
+    monkeypatch.setattr("robojoule.cli.import_module", stopped)
+    assert main(["robots"]) == 130
+    assert capsys.readouterr().err == "robojoule robots: interrupted\n"
 
 
 def test_help_loads_nothing_heavy():

@@ -69,7 +69,8 @@ def test_check_takes_catalog_names_and_xacro_files(tmp_path, capsys):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (["--rated-payload", "0"], "--rated-payload: 0 kg is out of range"),
+        (["--rated-payload", "0"], "--rated-payload: 0 is out of range; allowed: 0.01 to 10000 kg"),
+        (["--rated-payload", "1e9"], "--rated-payload: 1e+09 is out of range"),
         (["--rated-payload", "2", "--out", "x.json"], "--out: unknown file type"),
         (["--rated-payload", "2", "--freeze", "elbow"], "--freeze: 'elbow' names no position"),
         (["--rated-payload", "2", "--freeze", "elbow=up"], "--freeze: 'up' is not a number"),

@@ -1,4 +1,4 @@
-"""The schedule for real: the commands of docs/running.md, and one scheduled run of all stages."""
+"""The schedule for real: server, pool, deployment, worker, and one scheduled run of all stages."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.conftest import ROOT, Background, run, wait_for
+from tests.conftest import Background, run, wait_for
 from tests.flows.test_pipeline import artifacts, post
-from tests.test_docs import snippets
 
 
 @contextmanager
@@ -34,13 +33,16 @@ def test_a_scheduled_run_repeats_all_stages_with_the_same_bytes(
     It must execute every stage, leave `dvc.lock` as `dvc repro` wrote it, and publish its artifacts.
     """
     lock = (reproduced / "dvc.lock").read_bytes()
-    commands = [c for s in snippets(ROOT / "docs/running.md", "console schedule") for c in s.commands]
-    server = ["export PREFECT_API_URL=http://127.0.0.1:4200/api", "prefect server start --host 127.0.0.1 &"]
-    assert commands[:2] == server and "--interval 60" in commands[-1]
     monkeypatch.setenv("PREFECT_WORKER_QUERY_SECONDS", "2")
     soon = datetime.now(UTC) + timedelta(seconds=30)
-    commands[-1] = commands[-1].replace("--interval 60", f"--interval 7200 --anchor-date {soon:%Y-%m-%dT%H:%M:%S}")
-    for number, command in enumerate(commands[2:]):
+    schedule = f"--interval 7200 --anchor-date {soon:%Y-%m-%dT%H:%M:%S}"
+    commands = [
+        "prefect work-pool create local --type process",
+        "prefect --no-prompt deploy --all",
+        "prefect worker start --pool local &",
+        f"prefect deployment schedule create pipeline/nightly {schedule}",
+    ]
+    for number, command in enumerate(commands):
         if command.endswith("&"):
             background.start(command.removesuffix("&"), reproduced, tmp_path / f"{number}.log")
         else:

@@ -47,7 +47,7 @@ def test_moves_through_coarse_zones_are_one_motion():
     assert [rows.stop - rows.start for rows in batch.rows] == [3, 4]
     assert [bound[1] for bound in batch.speed_range] == [0.01, 1.0]
     assert batch.d_min_s[3:] == pytest.approx(TreeBatch(kr16(), [tree()]).d_min_s, rel=1e-12)
-    with pytest.raises(InputError, match="measured runs are of single moves"):
+    with pytest.raises(InputError, match="move 'm1' has a coarse zone: cells of robots"):
         batch.paths  # noqa: B018
 
 

@@ -8,10 +8,10 @@ import pytest
 
 import robojoule as rj
 from robojoule.errors import InputError
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.path_checks import collision_warnings
-from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.robots.robot import Payload
 from tests.core_cases import kr16
 from tests.planning.blended_trees import carrying, loop, move, program, there_and_back
@@ -235,3 +235,18 @@ def test_all_kinds_of_zone_are_written_and_read_back(tmp_path):
     for given, suffix in itertools.product(PROGRAMS.values(), (".yaml", ".json")):
         given.save(tmp_path / f"tree{suffix}")
         assert rj.load_program(tmp_path / f"tree{suffix}").tree == given.tree
+
+
+def test_a_cycle_in_sections_keeps_its_motions_and_groups(robot):
+    """A wait for a signal in the middle: what is tied over it keeps its speed, and the plan says so."""
+    operations = list(PROGRAMS["payload"].tree.model_dump()["operations"])
+    for place in (0, -1):
+        operations[place]["speed_group"] = "both"
+    operations.insert(4, {"type": "unknown", "name": "signal"})
+    plan = rj.optimize(program(operations), robot, cycle_time="+15%")
+    assert [one.through for one in plan.moves] == [("a",), ("c",), ()]
+    assert "speed group 'both' has moves in several sections: its speed is kept" in plan.warnings
+    percents = {m.name: m.speed_limit_percent for m in plan.program.moves}
+    assert percents["a"] == percents["home"] == 100.0
+    assert percents["pick"] < 100.0
+    assert percents["c"] == percents["place"] < 100.0

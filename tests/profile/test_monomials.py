@@ -33,6 +33,9 @@ def test_the_least_energy_of_one_over_d_has_a_closed_form():
         ((1.0, 2.0), ((0.0, float("nan")),), "needs terms"),
         ((1.0, 2.0), ((-1.0, -1.0), (0.0, 10.0)), "concave"),
         ((1.0, 2.0), ((0.5, 1.0),), "concave"),
+        ((1.0, 2.0), ((100.0, 1.0),), "the degree 100 of a term is out of range; allowed: -20 to 20"),
+        ((1e-5, 2.0), ((-20.0, 1.0),), "reaches 2e.106 J, or W of slope"),
+        ((1.0, 5.0), ((20.0, 1.0),), "reaches .* J, or W of slope"),
         ((1.0, 2.0), ((0.0, -10.0), (1.0, 6.0)), "falls to -4 J"),
     ],
 )

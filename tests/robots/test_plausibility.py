@@ -97,6 +97,19 @@ def test_masses_in_grams_and_origins_in_millimetres():
     assert any("are the origins of the joints in mm" in one for one in doubts(data))
 
 
+def test_a_trunk_without_reach_is_no_reason_to_doubt():
+    """Its axes meet in the tool's frame: the reach says nothing about the size of its links."""
+    data = plain_arm()
+    data["tool"]["parent"] = data["joints"][1]["parent"]
+    data["joints"], data["home_rad"] = data["joints"][:2], data["home_rad"][:2]
+    data["tool"]["parent"], data["tool"]["origin_xyz_m"] = data["joints"][1]["child"], [0.0, 0.0, 0.0]
+    data["links"] = {name: data["links"][name] for name in ("base", "rod_1", "rod_2")}
+    data["drives"]["joints"] = {joint["name"]: EXAMPLE_DRIVE for joint in data["joints"]}
+    arm = parse(RobotFile, data, "arm")
+    assert arm.reach_m == 0.0
+    assert not [one for one in doubts(data) if "radius of gyration" in one or "in mm" in one]
+
+
 def test_limits_that_no_joint_comes_near_are_placeholders():
     data = plain_arm()
     for joint in data["joints"]:

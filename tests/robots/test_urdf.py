@@ -55,6 +55,29 @@ def test_written_and_read_back_is_the_same(tmp_path, name):
     assert load_robot_file(tmp_path / "arm.urdf") == file
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "was, becomes, said",
+    [
+        ('mass value="4"', 'mass value="1e308"', "mass: 1e+308 is beyond all bounds"),
+        ('ixy="0.002"', 'ixy="-1e308"', "ixy: -1e+308 is beyond all bounds"),
+        ('xyz="0.4 0 0"', 'xyz="0.4 1e200 0"', "xyz: 1e+200 is beyond all bounds"),
+        ('velocity="3"', 'velocity="1e308"', "limit velocity: 1e+308 is beyond all bounds"),
+    ],
+)
+def test_figures_beyond_all_bounds_are_refused(two, was, becomes, said):
+    assert was in TWO_JOINTS
+    two.write_text(TWO_JOINTS.replace(was, becomes))
+    with pytest.raises(InputError) as caught:
+        load_robot(two)
+    assert said in str(caught.value)
+
+
+def test_a_joint_without_a_bound_may_be_written_with_a_large_one(two):
+    two.write_text(TWO_JOINTS.replace('lower="-2" upper="2"', 'lower="-1e16" upper="1e16"'))
+    assert load_robot(two).upper_rad[0] == 1e16
+
+
 @pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_m20_25_18d", "ur_ur10e"])
 def test_inverse_dynamics_against_pinocchios_own_reader(tmp_path, name):
     pin = pytest.importorskip("pinocchio")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -18,8 +19,10 @@ from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
 from reproduction.predictors.predictor_file import load_predictor
 from reproduction.predictors.profile_parameters import bounded, input_names
+from reproduction.predictors.training import fit_models
 from reproduction.tables import columns
 from reproduction.tracking import store as _tracking
+from reproduction.tracking.trainings import registered_name
 from robojoule.errors import InputError
 from robojoule.profile.parameters import TARGETS
 from stages.build_features import build_features
@@ -213,8 +216,10 @@ def test_trainings_are_recorded(trained: Layout, monkeypatch: pytest.MonkeyPatch
         run = client.get_run(found.run_id)
         assert run.data.tags["dvc_stage"] == "train_predictors"
         assert run.data.tags["data_hash"] == data
+        (used,) = run.inputs.dataset_inputs
+        assert (used.dataset.name, used.dataset.digest) == ("features", data)
         assert len(found.git_commit.removesuffix("-dirty")) == 40 or found.git_commit == "unknown"
-        assert run.data.metrics["optimal_duration_s.rel_p50_percent"] > 0
+        assert run.data.metrics[f"predictors.optimal_duration_s.{model}.rel_p50_percent"] > 0
         assert run.data.params["seed"] == str(params().train_predictors.seed)
         figures = {Path(item.path).name for item in client.list_artifacts(found.run_id, "figures")}
         assert figures == {f"figure_5_{number}.png" for number in (1, 2, 3, 4)}
@@ -232,8 +237,8 @@ def test_the_profile_predictor_is_recorded_and_released(trained: Layout) -> None
     assert run.data.tags["passes_gate"] == "true"
     metrics = json.loads((trained.metrics_dir / "predictors.json").read_text(encoding="utf-8"))
     expected = metrics["energy_penalty_j"][PROFILES]["rel_p50_percent"]
-    assert run.data.metrics["energy_penalty_j.rel_p50_percent"] == expected
-    assert client.get_model_version_by_alias("robojoule_profile_predictor", "champion").run_id == found.run_id
+    assert run.data.metrics[f"predictors.energy_penalty_j.{PROFILES}.rel_p50_percent"] == expected
+    assert client.get_model_version_by_alias("energy-profile", "champion").run_id == found.run_id
 
 
 def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -> None:
@@ -243,7 +248,7 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
     features, splits = split_of(trained)
     frame = features.filter(pa.array(splits == "test")).select(input_names()).to_pandas()
     for model in MODELS:
-        name = f"robojoule_{model}"
+        name = registered_name(model)
         newest = max(int(found.version) for found in mlflow.MlflowClient().search_model_versions(f"name = '{name}'"))
         version = mlflow.MlflowClient().get_model_version(name, str(newest))
         assert version.tags["beats_baseline"] in ("true", "false")
@@ -253,14 +258,14 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
         loaded = load_predictor(trained.models_dir / model)
         np.testing.assert_allclose(served.predict(frame), loaded.predict(frame.to_numpy()), rtol=1e-11, atol=1e-9)
         assert ("champion" in version.aliases) == (version.tags["beats_baseline"] == "true")
-    champion = mlflow.MlflowClient().get_model_version_by_alias("robojoule_neural_network", "champion")
+    champion = mlflow.MlflowClient().get_model_version_by_alias("neural-network", "champion")
     assert champion.tags["beats_baseline"] == "true"
 
 
 def test_nothing_recorded_is_an_output(trained: Layout) -> None:
     files = {path.relative_to(trained.root).parts[0] for path in trained.root.rglob("*") if path.is_file()}
-    assert files == {"data", "models", "reports", "mlflow.db", "mlflow.db.lock", "mlartifacts"}
-    with sqlite3.connect(trained.root / "mlflow.db") as store:
+    assert files == {"data", "models", "reports", ".desk"}
+    with sqlite3.connect(trained.mlflow_store) as store:
         ids = [row[0] for row in store.execute("SELECT run_uuid FROM runs")]
     written = b"".join((trained.root / name).read_bytes() for name in OUTPUTS)
     assert ids and not any(run_id.encode() in written for run_id in ids)
@@ -273,16 +278,43 @@ def test_other_data_or_parameters_find_no_run(trained: Layout, tmp_path: Path) -
     assert not list(tmp_path.iterdir())
 
 
-def test_a_store_that_cannot_be_written_fails_the_stage(trained: Layout, tmp_path: Path) -> None:
-    other = Layout(tmp_path)
+def inputs_of(trained: Layout, folder: Path) -> Layout:
+    """A folder with what the stage reads."""
+    other = Layout(folder)
     other.data_dir.mkdir()
-    for path in (trained.features, trained.runs, trained.profile_predictions):
+    for path in (trained.features, trained.runs, trained.motions, trained.profile_predictions):
         os.link(path, other.data_dir / path.name)
     other.metrics_dir.mkdir(parents=True)
     os.link(trained.metrics_dir / "profile_predictor.json", other.metrics_dir / "profile_predictor.json")
-    (tmp_path / "mlflow.db").write_text("this is not a database", encoding="utf-8")
-    with pytest.raises(Exception, match="database"):
+    shutil.copytree(trained.profile_predictor, other.profile_predictor)
+    return other
+
+
+def test_a_broken_store_is_one_sentence_before_anything_is_trained(trained: Layout, tmp_path: Path) -> None:
+    other = inputs_of(trained, tmp_path)
+    other.desk_dir.mkdir()
+    other.mlflow_store.write_text("this is not a database", encoding="utf-8")
+    with pytest.raises(InputError, match=r"the record of MLflow cannot be used \(.*database.*move it away"):
         train_predictors(params(), other)
+    assert not (other.models_dir / "random_forest").exists()
+
+
+def test_a_store_that_fails_later_costs_nothing(
+    trained: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    """Its tables go while the models are fitted; what was trained is written all the same."""
+    other = inputs_of(trained, tmp_path)
+
+    def fit(*arguments: object) -> object:
+        with sqlite3.connect(other.mlflow_store) as store:
+            store.execute("DROP TABLE runs")
+        return fit_models(*arguments)
+
+    monkeypatch.setattr("stages.train_predictors.fit_models", fit)
+    train_predictors(params(), other)
+    assert "train_predictors: the trainings are made, but not all of them are recorded: " in capsys.readouterr().out
+    for name in OUTPUTS:
+        assert (tmp_path / name).read_bytes() == (trained.root / name).read_bytes(), name
 
 
 @pytest.mark.parametrize("case", ["missing", "no parquet", "no test motions", "column missing", "not a number"])

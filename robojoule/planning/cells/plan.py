@@ -5,6 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from robojoule.arrays import Array
+
+_SAME_S = 1e-6  # instants that are nearer to each other are one: rounding of the search
+
 
 @dataclass(frozen=True)
 class Step:
@@ -27,6 +33,14 @@ class Step:
     start_s: float
     duration_s: float
     energy_j: float
+
+    def parts(self, cycle_time_s: float) -> list[tuple[float, float]]:
+        """Start and length within the cycle, in two parts where it goes over its end. [s]"""
+        start = self.start_s % cycle_time_s
+        if self.duration_s <= 0.0:
+            return []
+        over = start + self.duration_s - cycle_time_s
+        return [(start, self.duration_s)] if over <= 1e-9 else [(start, self.duration_s - over), (0.0, over)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +80,27 @@ class CellPlan:
         energy = self.energy_j
         return 100.0 * max(energy - self.bound_j, 0.0) / energy if energy > 0.0 else 0.0
 
+    def powers_w(self) -> tuple[Array, Array]:
+        """Power of all robots over a cycle, each activity at its mean power: times [s] and powers from them on [W]."""
+        parts = [(start, start + length, one) for one in self.steps for start, length in one.parts(self.cycle_time_s)]
+        edges = np.unique([0.0, self.cycle_time_s, *(edge for start, end, _ in parts for edge in (start, end))])
+        time = edges[np.append(True, np.diff(edges) > _SAME_S)]
+        if time[-1] < self.cycle_time_s:
+            time = np.append(time, self.cycle_time_s)
+        middle = 0.5 * (time[1:] + time[:-1])
+        power = np.zeros(middle.size)
+        for start, end, step in parts:
+            power[(middle > start) & (middle < end)] += step.energy_j / step.duration_s
+        return time, np.append(power, power[-1])
+
+    @property
+    def largest_mean_power_w(self) -> float:
+        """Largest power of all robots at once, each activity at its mean power; peaks within movements are higher. [W]
+
+        Energy functions tell no peaks, and no torques.
+        """
+        return float(self.powers_w()[1].max())
+
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data, ready for JSON."""
         return {
@@ -73,6 +108,7 @@ class CellPlan:
             "status": self.status,
             "cycle_time_s": self.cycle_time_s,
             "energy_j": self.energy_j,
+            "largest_mean_power_w": self.largest_mean_power_w,
             "bound_j": self.bound_j,
             "gap_percent": self.gap_percent,
             "runtime_s": self.runtime_s,

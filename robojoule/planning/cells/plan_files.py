@@ -37,6 +37,7 @@ class _PlanDocument(Document):
     bound_j: float
     gap_percent: float
     runtime_s: float
+    largest_mean_power_w: float | None = None
     steps: tuple[_StepDocument, ...]
 
 

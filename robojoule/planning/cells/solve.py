@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from time import monotonic
 
-from robojoule.errors import PlanningError
-from robojoule.inputs import as_number
+from robojoule.errors import InputError, PlanningError
+from robojoule.inputs import as_number, shown
 from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.feasibility import explain
@@ -81,6 +81,9 @@ def solve_cell(
         PlanningError: No plan was found in time.
     """
     began = monotonic()
+    for key, call in (("progress", progress), ("stop", stop)):
+        if call is not None and not callable(call):
+            raise InputError(f"{shown(call)} cannot be called", key=key, allowed="a function")
     limits = Limits(
         until=began + as_number(time_limit_s, "time_limit", least=0.01, most=1e7, unit="s"),
         gap=as_number(gap_percent, "gap", least=0.0, most=100.0, unit="%") / 100.0,

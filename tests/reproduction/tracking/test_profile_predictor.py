@@ -48,7 +48,7 @@ def test_a_predictor_that_a_rival_beats_is_recorded_but_not_registered(layout: L
     assert line == f"{MODEL}, recorded in MLflow, refused by its gate"
     client = mlflow.MlflowClient(store_uri(layout))
     assert client.search_registered_models() == []
-    (run,) = client.search_runs([mlflow.get_experiment_by_name("robojoule").experiment_id])
+    (run,) = client.search_runs([mlflow.get_experiment_by_name("pipeline").experiment_id])
     assert run.data.tags["passes_gate"] == "false"
     assert {Path(item.path).name for item in client.list_artifacts(run.info.run_id, "rejected")} == {
         path.name for path in layout.profile_predictor.iterdir()
@@ -64,7 +64,7 @@ def test_one_that_passes_is_registered_and_served(layout: Layout):
     client = mlflow.MlflowClient(store_uri(layout))
     version = client.get_model_version_by_alias(REGISTERED, "champion")
     run = client.get_run(version.run_id)
-    assert run.data.metrics["interval.coverage_percent"] == 91.0
+    assert run.data.metrics[f"predictors.interval.{MODEL}.coverage_percent"] == 91.0
     assert run.data.params["training_trees"] == str(PARAMS.train_profile_predictor.training_trees)
     model = mlflow.pyfunc.load_model(f"models:/{REGISTERED}/{version.version}")
 

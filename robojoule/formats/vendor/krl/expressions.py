@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 
 from lark import Token, Tree
 
-from robojoule.formats.vendor.krl.syntax import Line, Node
+from robojoule.formats.vendor.krl.geometry import joined
+from robojoule.formats.vendor.lines import Line, Node
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
 
 _MOST_DEPTH = 60
@@ -144,6 +145,8 @@ def _operation(kind: str, node: Node, inner: Callable[[Node | Token], Value]) ->
     if kind == "op_div":
         both = isinstance(first, Number) and isinstance(second, Number) and first.is_whole and second.is_whole
         return computed(first, second, lambda a, b: float(int(a / b)) if both else a / b)
+    if kind == "op_join":
+        return joined(first, second) or UNKNOWN
     if kind == "op_compare":
         if isinstance(first, Number) and isinstance(second, Number):
             return _COMPARISONS[str(node.children[1])](first.value, second.value)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave, short
-from robojoule.formats.vendor.krl.syntax import Line, Node, Routine
-from robojoule.formats.vendor.krl.targets import Frames, blend_of, speed_of, target_of
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
+from robojoule.formats.vendor.krl.syntax import Routine
+from robojoule.formats.vendor.krl.targets import Frames, blend_of, path_speed_of, speed_of, target_of
+from robojoule.formats.vendor.lines import Line, Node, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
@@ -26,14 +27,27 @@ class Setting:
     Attributes:
         line: Its line.
         percent: The speed that counted; None: it is not known. [%]
-        origins: Where it stands as a number, in all executions; None: nowhere.
         data: Where the velocity of its motion data stands, if it has any.
     """
 
     line: Line
     percent: float | None
-    origins: set[Span | None] = field(default_factory=set)
     data: set[Number] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Executed:
+    """One execution of a joint motion.
+
+    Attributes:
+        statement: First character of its statement.
+        set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
+        origin: Where that speed stands as a number; None: nowhere.
+    """
+
+    statement: int
+    set_by: int
+    origin: Span | None
 
 
 class Machine(Flow):
@@ -44,6 +58,8 @@ class Machine(Flow):
         self.routines = {routine.name: routine for routine in routines}
         self.frames = frames
         self.settings: dict[int, Setting] = {}
+        self.executions: list[Executed] = []
+        self.sets = 0
         self.continues = False
         self.calls: list[str] = []
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
@@ -67,7 +83,7 @@ class Machine(Flow):
         """One line that opens no block."""
         tree = line.tree
         if tree is None:
-            if line.code:
+            if line.code and not line.code.startswith("&"):
                 self._not_understood(line)
             return
         continues, self.continues = self.continues, line.kind == "continue_"
@@ -117,6 +133,8 @@ class Machine(Flow):
         target, reason = target_of(kind, values[-1], self.frames, label or "the target", "#TOOL" in line.code.upper())
         via = target_of(kind, values[0], self.frames, label, False)[0] if len(values) > 1 else None
         is_joint = "PTP" in kind
+        if any(True for _ in tree.find_data("angle")):
+            target, reason = None, "the angle CA is not followed"
         vel = told.get("$VEL_AXIS[1]") if "$VEL_AXIS[1]" in told else None
         axes = (
             [vel]
@@ -124,10 +142,13 @@ class Machine(Flow):
             else [self.variables.values.get(f"$VEL_AXIS[{axis}]") for axis in range(1, AXES + 1)]
         )
         speed, origin = speed_of(axes)
+        if not is_joint:
+            speed = path_speed_of(told, self.variables)
         if is_joint:
             setting = self.settings.setdefault(line.code_start, Setting(line, speed.percent))
             setting.percent = speed.percent
-            setting.origins.add(origin)
+            own = vel is not None
+            self.executions.append(Executed(line.code_start, -len(self.executions) - 1 if own else self.sets, origin))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
@@ -159,6 +180,8 @@ class Machine(Flow):
             value = inner[0] if inner else UNKNOWN
             if path[0].startswith("$VEL_AXIS["):
                 told["$VEL_AXIS[1]"] = value if name == "SVEL_JOINT" else value_of(node, line, self.variables)
+            elif path[0] == "$VEL" and name == "SVEL_CP":
+                told["$VEL.CP"] = value
             elif name == "STOOL2":
                 self.frames.set_tool(value.get("TOOL_NO") if isinstance(value, Mapping) else UNKNOWN)
             elif name == "SBASE":
@@ -200,6 +223,7 @@ class Machine(Flow):
             return
         self.variables.set(path, value)
         root = path[0]
+        self.sets += root.startswith("$VEL_AXIS[")
         if root in ("$TOOL", "$BASE"):
             self._frame(root, expression, value, line)
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
@@ -260,6 +284,13 @@ class Machine(Flow):
             self.set_speed(value)
         elif word == "#PTP_DAT":
             self.set_speed(data.get("VEL", UNKNOWN) if isinstance(data, Mapping) else UNKNOWN)
+        elif word in ("#VEL_CP", "#CP_PARAMS"):
+            self.variables.set(("$VEL", "CP"), value)
+        elif word == "#ACC_CP":
+            self.variables.set(("$ACC", "CP"), value)
+        elif word == "#CP_DAT":
+            path = self.variables.values.get("LDAT_ACT")
+            self.variables.set(("$VEL", "CP"), path.get("VEL", UNKNOWN) if isinstance(path, Mapping) else UNKNOWN)
         if word in ("#PTP_PARAMS", "#PTP_DAT", "#CP_PARAMS", "#CP_DAT"):
             acting = data if "PTP" in word else self.variables.values.get("LDAT_ACT")
             distance = acting.get("APO_DIST", UNKNOWN) if isinstance(acting, Mapping) else UNKNOWN
@@ -275,5 +306,6 @@ class Machine(Flow):
 
     def set_speed(self, value: Value) -> None:
         """See `Flow`."""
+        self.sets += 1
         for axis in range(1, AXES + 1):
             self.variables.values[f"$VEL_AXIS[{axis}]"] = value

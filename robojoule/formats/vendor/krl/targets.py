@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping
 
 from robojoule.formats.vendor.krl.expressions import Variables
+from robojoule.formats.vendor.krl.geometry import frame_of
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, PoseTarget, Speed
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number, numbers
+from robojoule.formats.vendor.values import Number, Value, number, numbers
+from robojoule.robots.arm_configuration import StatusAndTurn
 from robojoule.robots.rigid_body import Placement
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
@@ -79,15 +81,6 @@ class Frames:
         return " and ".join(name for frame, name in missing if frame is None)
 
 
-def frame_of(value: Value) -> Placement | None:
-    """A FRAME as a placement; None where it is not known."""
-    found = numbers(value, "X", "Y", "Z", "A", "B", "C") if isinstance(value, Mapping) else None
-    if found is None:
-        return None
-    x, y, z, a, b, c = (one or 0.0 for one in found)
-    return Placement.of((x / 1e3, y / 1e3, z / 1e3), (math.radians(c), math.radians(b), math.radians(a)))
-
-
 def target_of(
     kind: str, value: Value, frames: Frames, what: str, in_tool: bool
 ) -> tuple[JointTarget | PoseTarget | None, str]:
@@ -108,7 +101,28 @@ def target_of(
         return None, f"{what} is computed while the program runs"
     if set(turn) != {None} and None in turn:
         return None, f"{what} gives a part of an orientation only"
-    return PoseTarget((None, None, None), None, unknown=frames.unknown()), ""
+    rotation = None
+    if None not in turn:
+        a, b, c = (math.radians(value) for value in turn if value is not None)
+        rotation = Placement.of((0.0, 0.0, 0.0), (c, b, a)).rotation
+        if relative and any(turn):
+            return None, f"{what} turns the tool relative to where it is"
+    x, y, z = (None if value is None else value / 1e3 for value in place)
+    bits = numbers(value, "S", "T")
+    status, ways = bits if bits is not None else (None, None)
+    return (
+        PoseTarget(
+            (x, y, z),
+            None if relative else rotation,
+            tool=frames.tool,
+            base=frames.base,
+            configuration=None if status is None else StatusAndTurn(int(status), None if ways is None else int(ways)),
+            relative=("tool" if in_tool else "base") if relative else "",
+            external=external,
+            unknown=frames.unknown(),
+        ),
+        "",
+    )
 
 
 def speed_of(axes: list[Value]) -> tuple[Speed, Span | None]:
@@ -126,6 +140,19 @@ def speed_of(axes: list[Value]) -> tuple[Speed, Span | None]:
     return Speed(percent=percent), origins.pop() if len(origins) == 1 else None
 
 
+def path_speed_of(told: Mapping[str, Value], variables: Variables) -> Speed:
+    """Speed of a motion of the tool along a path: m/s, m/s2, degrees/s."""
+    speed = number(told["$VEL.CP"]) if "$VEL.CP" in told else number(variables.get(("$VEL", "CP")))
+    acceleration = number(variables.get(("$ACC", "CP")))
+    turn = number(variables.get(("$VEL", "ORI1")))
+    return Speed(
+        tool_m_s=speed,
+        tool_m_s2=acceleration if acceleration and acceleration > 0.0 else None,
+        tool_rad_s=math.radians(turn) if turn and turn > 0.0 else None,
+        writable=False,
+    )
+
+
 def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], variables: Variables) -> Blend | None:
     """How a motion is blended; None: it stops at its target."""
     if not words:
@@ -140,6 +167,3 @@ def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], var
     if distance is None:
         return Blend(share=DEFAULT_BLEND_SHARE)
     return Blend(share=min(distance / 100.0, 1.0)) if in_percent else Blend(radius_m=distance / 1e3)
-
-
-__all__ = ["UNKNOWN", "Frames", "blend_of", "frame_of", "speed_of", "target_of"]

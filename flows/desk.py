@@ -1,0 +1,148 @@
+"""The desk: Prefect server, MLflow server and worker on this machine. `python -m flows.desk up`, `down` or `status`.
+
+Stores, logs and process files are in `.desk`, which git ignores. Each command can be given twice.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+from flows.service import Service
+from reproduction.layout import Layout
+from reproduction.settings import address
+from reproduction.tracking.store import open_store
+from robojoule.errors import RobojouleError
+
+POOL = "local"
+
+
+def services(layout: Layout) -> list[Service]:
+    """The programs of the desk in the order in which they start."""
+    desk, prefect, mlflow = layout.desk_dir.resolve(), address("prefect"), address("mlflow")
+    store = os.environ.get("MLFLOW_BACKEND_STORE_URI", f"sqlite:///{layout.mlflow_store}")
+    environment = prefect_environment(layout)
+    service = partial(Service, folder=desk, cwd=layout.root.resolve())
+    stored = ["--backend-store-uri", store, "--default-artifact-root", layout.mlflow_artifacts.as_uri()]
+    python = [sys.executable, "-m"]
+    return [
+        service(
+            "prefect-server",
+            [*python, *["prefect", "server", "start"]],
+            environment=environment,
+            health=f"{prefect}/api/health",
+        ),
+        service(
+            "mlflow-server",
+            [*python, *["mlflow", "server", "--workers", "1"], *stored],
+            environment={"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"},  # seven processes for what is not used here
+            health=f"{mlflow}/health",
+        ),
+        service(
+            "prefect-worker",
+            [*python, *f"prefect worker start --pool {POOL} --type process --name desk --with-healthcheck".split()],
+            environment=environment,
+            health=f"{worker_address()}/health",
+            grace_s=90.0,
+        ),
+    ]
+
+
+def worker_address() -> str:
+    """Where the worker says how it is: one port above the Prefect server's, unless the environment names it."""
+    host, _, port = address("prefect").rpartition(":")
+    return f"{host}:{os.environ.get('PREFECT_WORKER_WEBSERVER_PORT', int(port) + 1)}"
+
+
+def prefect_environment(layout: Layout) -> dict[str, str]:
+    """Variables by which programs reach the desk's server and keep what they keep in its folder."""
+    host, _, port = worker_address().removeprefix("http://").rpartition(":")
+    return {
+        "PREFECT_HOME": str(layout.desk_dir.resolve() / "prefect"),
+        "PREFECT_API_URL": f"{address('prefect')}/api",
+        "PREFECT_UI_URL": address("prefect"),
+        "PREFECT_WORKER_WEBSERVER_HOST": host,
+        "PREFECT_WORKER_WEBSERVER_PORT": port,
+    }
+
+
+def up(layout: Layout) -> None:
+    """Start what does not run; make work pool and deployments.
+
+    Raises:
+        RobojouleError: A program does not start, or the deployments are refused.
+    """
+    if "MLFLOW_BACKEND_STORE_URI" not in os.environ:
+        open_store(layout)
+    for service in services(layout):
+        if service.name == "prefect-worker":
+            deploy(layout)
+        said = "started" if service.start() else "runs already"
+        print(f"{service.name:<15} {said}", flush=True)
+    print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
+
+
+def deploy(layout: Layout) -> None:
+    """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
+    prefect = [sys.executable, "-m", "prefect", "--no-prompt"]
+    pool = ["work-pool", "create", POOL, "--type", "process", "--overwrite"]
+    for words in (pool, ["deploy", "--all"]):
+        done = subprocess.run(
+            [*prefect, *words],
+            cwd=layout.root,
+            env={**os.environ, **prefect_environment(layout)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode != 0:
+            lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+            raise RobojouleError(f"`prefect {' '.join(words)}` failed: {lines[-1] if lines else 'it said nothing'}")
+
+
+def down(layout: Layout) -> None:
+    """End what `up` started, the worker first."""
+    for service in reversed(services(layout)):
+        print(f"{service.name:<15} {'ended' if service.stop() else 'does not run'}", flush=True)
+
+
+def status(layout: Layout) -> bool:
+    """Print what runs; returns whether everything does."""
+    every = True
+    for service in services(layout):
+        process = service.process()
+        every = every and process is not None
+        if process is None:
+            said = "was killed" if service.noted() else "does not run"
+        else:
+            since = datetime.fromtimestamp(process.create_time()).strftime("%Y-%m-%d %H:%M")
+            said = f"runs since {since} as process {process.pid}"
+        place = {"prefect-server": address("prefect"), "mlflow-server": address("mlflow")}.get(service.name, "")
+        print(f"{service.name:<15} {said:<45} {place}".rstrip())
+    return every
+
+
+def main() -> None:
+    """Run one command; `status` ends with exit code 3 where something does not run."""
+    parser = argparse.ArgumentParser(prog="python -m flows.desk", description=__doc__.splitlines()[0])
+    parser.add_argument("command", choices=("up", "down", "status"))
+    parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
+    arguments = parser.parse_args()
+    layout = Layout(arguments.root)
+    try:
+        if arguments.command == "status":
+            raise SystemExit(0 if status(layout) else 3)
+        {"up": up, "down": down}[arguments.command](layout)
+    except RobojouleError as error:
+        raise SystemExit(f"flows.desk: {error}") from None
+    except KeyboardInterrupt:
+        raise SystemExit("flows.desk: interrupted; `down` ends what was started") from None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""The Prefect server that a command started by hand reports to: the one that is named, or one of its own.
+
+A server of its own has a store of its own, which goes with it: what is tried by hand does not show up among scheduled
+runs. Making a store takes longer than the start of a server, so that an empty one is kept and copied.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+from prefect.events.worker import EventsWorker
+from prefect.logging.handlers import APILogWorker
+from prefect.server.api.server import SubprocessASGIServer
+from prefect.settings import PREFECT_API_URL, PREFECT_SERVER_DATABASE_CONNECTION_URL, temporary_settings
+
+from flows.service import answers
+from reproduction.layout import Layout
+from robojoule.documents import atomic_path
+from robojoule.errors import RobojouleError
+
+
+@contextlib.contextmanager
+def prefect_server(layout: Layout) -> Iterator[str]:
+    """A Prefect server for this process and those that it starts.
+
+    Args:
+        layout: Folder of the project; the empty store is kept there.
+
+    Yields:
+        Its address.
+
+    Raises:
+        RobojouleError: The server that `PREFECT_API_URL` names does not answer.
+    """
+    named = PREFECT_API_URL.value()
+    if named:
+        if not answers(f"{named}/health"):
+            raise RobojouleError(
+                f"no Prefect server answers at {named}; start it (`make up`), or unset PREFECT_API_URL to do without"
+            )
+        yield str(named)
+        return
+    empty = layout.desk_dir / "empty" / f"prefect-{version('prefect')}.db"
+    with tempfile.TemporaryDirectory(prefix="prefect-") as folder:
+        store = Path(folder) / "prefect.db"
+        if empty.exists():
+            shutil.copyfile(empty, store)
+        with temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}):
+            server = SubprocessASGIServer()
+            server.start()
+            try:
+                if not empty.exists():
+                    with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
+                        _keep(store, empty)
+                with temporary_settings({PREFECT_API_URL: server.api_url}):
+                    os.environ["PREFECT_API_URL"] = server.api_url
+                    try:
+                        yield server.api_url
+                    finally:
+                        drain()
+            finally:
+                os.environ.pop("PREFECT_API_URL", None)
+                server.stop()
+
+
+def drain() -> None:
+    """Send what Prefect's threads still hold, before its server stops: else they try for a minute to reach it."""
+    APILogWorker.instance().drain()
+    EventsWorker.drain_all()
+
+
+def _keep(store: Path, empty: Path) -> None:
+    """Copy a store that is in use, whole or not at all."""
+    with (
+        atomic_path(empty) as path,
+        contextlib.closing(sqlite3.connect(store)) as source,
+        contextlib.closing(sqlite3.connect(path)) as target,
+    ):
+        source.backup(target)

@@ -1,0 +1,184 @@
+"""A program that goes on in the background: started once, found again, and ended with all that it started.
+
+A file names its process and the moment at which that began, so that a number which another process got since is not
+taken for it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import psutil
+from pydantic import Field
+
+from robojoule.documents import Document, load, write_document
+from robojoule.errors import InputError, RobojouleError
+
+_SAME_START_S = 2.0  # the clock's origin, from which starts are counted, may be shifted a little
+_POLL_S = 0.25
+
+
+class ProcessFile(Document):
+    """What is kept of a started process."""
+
+    pid: int = Field(ge=1)
+    started_s: float = Field(ge=0, description="Moment of its start, in seconds since 1970. [s]")
+
+
+def process_of(file: ProcessFile) -> psutil.Process | None:
+    """The process, unless it ended or its number is another's by now."""
+    with contextlib.suppress(psutil.Error):
+        process = psutil.Process(file.pid)
+        began = abs(process.create_time() - file.started_s) < _SAME_START_S
+        if began and process.status() != psutil.STATUS_ZOMBIE:
+            return process
+    return None
+
+
+def answers(url: str, timeout_s: float = 5.0) -> bool:
+    """Whether a server answers an address."""
+    try:
+        with urllib.request.urlopen(url, timeout=timeout_s) as reply:
+            return bool(reply.status == 200)
+    except (urllib.error.URLError, OSError):
+        return False
+
+
+@dataclass(frozen=True)
+class Service:
+    """A program of the desk.
+
+    Attributes:
+        name: How messages and files name it.
+        command: Its words.
+        folder: Folder of the desk; process files and logs are below it.
+        cwd: Where it runs.
+        environment: Variables beside those of this process.
+        health: Address that answers when it is ready; None: it is ready when it runs.
+        patience_s: Longest time until it is ready. [s]
+        grace_s: Longest time for its end after SIGTERM. [s]
+    """
+
+    name: str
+    command: Sequence[str]
+    folder: Path
+    cwd: Path
+    environment: Mapping[str, str] = field(default_factory=dict)
+    health: str | None = None
+    patience_s: float = 300.0
+    grace_s: float = 60.0
+
+    @property
+    def file(self) -> Path:
+        """Where its process is noted."""
+        return self.folder / "run" / f"{self.name}.json"
+
+    @property
+    def log(self) -> Path:
+        """What it printed since its last start."""
+        return self.folder / "log" / f"{self.name}.log"
+
+    def noted(self) -> ProcessFile | None:
+        """What its process file says, whether or not that process lives."""
+        try:
+            return load(ProcessFile, self.file) if self.file.exists() else None
+        except InputError:  # torn by hand: nothing is known of a process
+            return None
+
+    def process(self) -> psutil.Process | None:
+        """Its running process."""
+        noted = self.noted()
+        return process_of(noted) if noted else None
+
+    def start(self) -> bool:
+        """Start it unless it runs, and wait until it is ready.
+
+        Returns:
+            Whether it was started.
+
+        Raises:
+            RobojouleError: Another program has its place, it ended, or it is not ready in time.
+        """
+        if self.process() is not None:
+            self._wait()
+            return False
+        self.stop()  # what is left of one that was killed
+        if self.health and answers(self.health):
+            raise RobojouleError(f"{self.health} is answered by a program that was not started from here; end it first")
+        self.log.parent.mkdir(parents=True, exist_ok=True)
+        with self.log.open("wb") as log:
+            started = subprocess.Popen(
+                self.command,
+                cwd=self.cwd,
+                env={**os.environ, **self.environment},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+        began = psutil.Process(started.pid).create_time()
+        write_document(self.file, ProcessFile(pid=started.pid, started_s=began).model_dump(mode="json"))
+        self._wait(started)
+        return True
+
+    def _wait(self, started: subprocess.Popen[bytes] | None = None) -> None:
+        end = time.monotonic() + self.patience_s
+        while self.health is not None and not answers(self.health):
+            if (started is not None and started.poll() is not None) or self.process() is None:
+                raise RobojouleError(f"{self.name} ended at once: {self._last_line()} (more in {self.log})")
+            if time.monotonic() > end:
+                raise RobojouleError(f"{self.name} does not answer at {self.health}; see {self.log}")
+            time.sleep(_POLL_S)
+
+    def _last_line(self) -> str:
+        lines = self.log.read_text(encoding="utf-8", errors="replace").split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+
+    def stop(self) -> bool:
+        """End it with all processes of its session and all that it started; first by SIGTERM, then by SIGKILL.
+
+        Returns:
+            Whether anything had to be ended.
+        """
+        noted = self.noted()
+        if noted is None:
+            self.file.unlink(missing_ok=True)
+            return False
+        leader, before = process_of(noted), _family(noted)
+        if leader is not None:
+            with contextlib.suppress(psutil.Error):
+                leader.terminate()
+                leader.wait(self.grace_s)
+        family = [process for process in before | _family(noted) if process.is_running()]
+        for process in family:
+            with contextlib.suppress(psutil.Error):
+                process.kill()
+        psutil.wait_procs(family, timeout=10.0)
+        self.file.unlink(missing_ok=True)
+        return leader is not None or bool(family)
+
+
+def _family(noted: ProcessFile) -> set[psutil.Process]:
+    """The processes of a service: those of its session, and their children, also where it was killed itself."""
+    found: set[psutil.Process] = set()
+    if psutil.pid_exists(noted.pid) and process_of(noted) is None and not _is_zombie(noted.pid):
+        return found  # a number is given anew only when no session bears it any more: this one is another's
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error, ProcessLookupError, PermissionError):
+            if os.getsid(process.pid) == noted.pid:
+                found |= {process, *process.children(recursive=True)}
+    return found
+
+
+def _is_zombie(pid: int) -> bool:
+    with contextlib.suppress(psutil.Error):
+        return bool(psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+    return True

@@ -1,0 +1,106 @@
+"""A largest power of all robots of a cell: the largest powers of what takes place at the same time must not exceed it.
+
+The sum of the largest powers of motions and of standing is an upper bound of the power at every time. Runs that exceed
+the limit even while all other robots stand as cheaply as they can are left out. Where a plan exceeds it, two of the
+activities that do so together are kept apart at all speeds at which they would: the plan that is found in the end keeps
+within the limit, but a better one may be missed, as another two might have been kept apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robojoule.errors import InputError
+from robojoule.planning.cells.plan import CellPlan, Step
+from robojoule.planning.robot_cells.cell_model import CellWork
+from robojoule.planning.robot_cells.shared_space import Pairs
+from robojoule.planning.robot_cells.speeds import Runs
+from robojoule.programs.cell import Choice
+
+_ROUNDING = 1e-9
+_SAME_S = 1e-9
+
+
+def within_power(work: CellWork, runs: Runs, limit_w: float) -> Runs:
+    """Runs that the limit allows while all other robots stand as cheaply as they can.
+
+    Raises:
+        InputError: All runs of a motion exceed it; names the least power that is feasible.
+    """
+    least = [_least_standing_w(work, r) for r in range(len(work.works))]
+    if sum(least) > limit_w:
+        problem = f"all robots together draw {sum(least):.0f} W even while they stand"
+        raise InputError(problem, key="peak_power_w", allowed=f"at least {sum(least):.0f} W")
+    kept = {}
+    for (r, row), variants in runs.variants.items():
+        robot = work.works[r]
+        activity = robot.activity(robot.motions[row].move)
+        rest = sum(least) - least[r]
+        kept[r, row] = [one for one in variants if runs.peaks_w[activity, one[0]] + rest <= limit_w]
+        if not kept[r, row]:
+            needed = min(runs.peaks_w[activity, name] for name, _ in variants) + rest
+            problem = f"move '{robot.moves[robot.motions[row].move].name}' exceeds the power at its least speed"
+            raise InputError(problem, key=f"robot {robot.name}", allowed=f"peak_power_w of at least {needed:.0f} W")
+    return Runs(kept, runs.speed_limits, runs.peaks_w, runs.rows)
+
+
+def _least_standing_w(work: CellWork, r: int) -> float:
+    """Least power of a robot that stands. [W]"""
+    robot = work.works[r]
+    return min(min(robot.powers_w(i, pose).values()) for i, poses in enumerate(robot.poses_rad) for pose in poses)
+
+
+def keep_apart(work: CellWork, runs: Runs, plan: CellPlan, limit_w: float) -> Pairs:
+    """What must not take place at the same time so that a plan like this keeps within the limit; none if it does."""
+    found: dict[tuple[Choice, Choice], None] = {}
+    standing = _standing_w(work)
+    for together in _together(plan):
+        drawn = [_peak_w(step, runs, standing) for step in together]
+        if sum(drawn) <= limit_w * (1.0 + _ROUNDING):
+            continue
+        order = sorted(range(len(together)), key=lambda i: -drawn[i])
+        first, second = order[0], order[1]
+        rest = sum(drawn) - drawn[first] - drawn[second]
+        for one, one_w in _options(together[first], runs, standing, drawn[first]):
+            for two, two_w in _options(together[second], runs, standing, drawn[second]):
+                if one_w + two_w + rest > limit_w:
+                    found[one, two] = None
+    return tuple(found)
+
+
+def _together(plan: CellPlan) -> Sequence[Sequence[Step]]:
+    """What takes place at the same time, one activity of each robot, for every time at which that changes."""
+    cycle = plan.cycle_time_s
+    found = []
+    for step in plan.steps:
+        at = step.start_s + _SAME_S
+        found.append([one for one in plan.steps if (at - one.start_s) % cycle < one.duration_s])
+    return found
+
+
+def _standing_w(work: CellWork) -> Mapping[tuple[str, str, str], float]:
+    """Largest power of standing with its process steps, by activity, pose and mode. [W]"""
+    return {
+        (one.name, pose, mode): power + one.most_process_w
+        for robot in work.works
+        for i, one in enumerate(robot.standstills)
+        for pose in robot.poses_rad[i]
+        for mode, power in robot.powers_w(i, pose).items()
+    }
+
+
+def _peak_w(step: Step, runs: Runs, standing: Mapping[tuple[str, str, str], float]) -> float:
+    if step.mode is None:
+        return runs.peaks_w[step.activity, step.option]
+    return standing[step.activity, step.option, step.mode]
+
+
+def _options(
+    step: Step, runs: Runs, standing: Mapping[tuple[str, str, str], float], drawn_w: float
+) -> list[tuple[Choice, float]]:
+    """The runs that might take the place of one, with their largest power [W]; of standing that itself."""
+    if step.mode is not None:
+        return [(Choice(step.activity, step.option), drawn_w)]
+    return [
+        (Choice(activity, name), peak) for (activity, name), peak in runs.peaks_w.items() if activity == step.activity
+    ]

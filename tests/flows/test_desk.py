@@ -1,0 +1,88 @@
+"""The desk for real: Prefect server, MLflow server and worker, brought up and down, each twice."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+import yaml
+
+from tests.conftest import free_port, run, wait_for
+from tests.flows.test_pipeline import post
+
+
+@pytest.fixture
+def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    found = {
+        name: str(free_port()) for name in ("PREFECT_SERVER_API_PORT", "PREFECT_WORKER_WEBSERVER_PORT", "MLFLOW_PORT")
+    }
+    for name, port in found.items():
+        monkeypatch.setenv(name, port)
+    return found
+
+
+def desk(project: Path, command: str, code: int = 0) -> str:
+    return run(sys.executable, "-m", "flows.desk", command, cwd=project, code=code).stdout
+
+
+@pytest.fixture
+def project(toy_project: Path, ports: dict[str, str]) -> Iterator[Path]:
+    yield toy_project
+    desk(toy_project, "down")
+
+
+def processes(project: Path) -> dict[str, int]:
+    files = (project / ".desk/run").glob("*.json")
+    return {path.stem: json.loads(path.read_text(encoding="utf-8"))["pid"] for path in files}
+
+
+def test_up_and_down(project: Path, ports: dict[str, str]):
+    names = ["prefect-server", "mlflow-server", "prefect-worker"]
+    assert desk(project, "status", code=3).count("does not run") == 3
+    said = desk(project, "up").splitlines()
+    assert [line.split(maxsplit=1) for line in said[:3]] == [[name, "started"] for name in names]
+    api, mlflow = (f"http://127.0.0.1:{ports[name]}" for name in ("PREFECT_SERVER_API_PORT", "MLFLOW_PORT"))
+    assert f"Prefect  {api}" in said and f"MLflow   {mlflow}" in said
+    assert desk(project, "status").count("runs since") == 3
+
+    expected = yaml.safe_load((project / "prefect.yaml").read_text(encoding="utf-8"))["deployments"]
+    found = post(f"{api}/api", "deployments/filter", {})
+    assert {one["name"] for one in found} == {one["name"] for one in expected}
+    assert {one["work_pool_name"] for one in found} == {"local"}
+    with urllib.request.urlopen(f"{mlflow}/", timeout=30) as page:
+        assert b"MLflow" in page.read()
+
+    # Only this machine reaches them: whatever they listen on is a loopback address.
+    family = [one for pid in processes(project).values() for one in _with_children(psutil.Process(pid))]
+    listening = {c.laddr.ip for one in family for c in one.net_connections("inet") if c.status == psutil.CONN_LISTEN}
+    assert listening == {"127.0.0.1"}
+
+    first = processes(project)
+    os.kill(first["mlflow-server"], signal.SIGKILL)
+    wait_for("its end", lambda: "was killed" in desk_status(project), 30)
+    said = desk(project, "up").splitlines()
+    assert [line.split(maxsplit=1)[1] for line in said[:3]] == ["runs already", "started", "runs already"]
+    assert {name for name, pid in processes(project).items() if pid != first[name]} == {"mlflow-server"}
+
+    with subprocess.Popen(["sleep", "120"], start_new_session=True) as other:  # not of the desk: it stays
+        assert desk(project, "down").count("ended") == 3
+        assert other.poll() is None
+        other.kill()
+    assert [one for one in family if one.is_running() and one.status() != psutil.STATUS_ZOMBIE] == []
+    assert desk(project, "down").count("does not run") == 3
+    ignored = run("git", "status", "--porcelain", "--ignored=no", ".desk", cwd=project).stdout
+    assert ignored == ""
+
+
+def _with_children(process: psutil.Process) -> list[psutil.Process]:
+    return [process, *process.children(recursive=True)]
+
+
+def desk_status(project: Path) -> str:
+    return run(sys.executable, "-m", "flows.desk", "status", cwd=project, code=None).stdout

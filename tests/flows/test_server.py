@@ -1,0 +1,45 @@
+"""The server of a command started by hand: that which is named, or one of its own with a store of its own."""
+
+import os
+import sqlite3
+from pathlib import Path
+
+import pytest
+from prefect.settings import PREFECT_API_URL, temporary_settings
+
+from flows.server import prefect_server as server_for
+from flows.service import answers
+from reproduction.layout import Layout
+from robojoule.errors import RobojouleError
+from tests.conftest import free_port
+
+
+def test_a_server_that_is_named_is_used(tmp_path: Path, prefect_server: str):
+    with server_for(Layout(tmp_path)) as url:
+        assert url == prefect_server
+    assert answers(f"{prefect_server}/health")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_that_does_not_answer_is_one_sentence(tmp_path: Path):
+    url = f"http://127.0.0.1:{free_port()}/api"
+    with (
+        temporary_settings({PREFECT_API_URL: url}),
+        pytest.raises(RobojouleError, match=f"no Prefect server answers at {url}; start it"),
+        server_for(Layout(tmp_path)),
+    ):
+        pass
+
+
+def test_else_one_is_started_with_a_store_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Neither the store of the desk nor that of the user's profile is touched; an empty one is kept for the next."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    layout = Layout(tmp_path)
+    with temporary_settings(restore_defaults={PREFECT_API_URL}):
+        with server_for(layout) as url:
+            assert answers(f"{url}/health") and os.environ["PREFECT_API_URL"] == url
+        assert not answers(f"{url}/health")
+    assert "PREFECT_API_URL" not in os.environ
+    (empty,) = layout.desk_dir.rglob("*.db")
+    with sqlite3.connect(empty) as store:
+        assert store.execute("SELECT count(*) FROM flow_run").fetchall() == [(0,)]

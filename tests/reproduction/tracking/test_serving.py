@@ -1,0 +1,63 @@
+"""The registered predictor as it is used: by `--model`, and served by the commands of docs/operations.md."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reproduction.config import load_params
+from reproduction.layout import Layout
+from reproduction.profile_predictor.training import MODEL
+from reproduction.tracking.profile_predictor import REGISTERED, record_profile_predictor
+from reproduction.tracking.store import connect, store_uri
+from robojoule.profile.predicted import calibrated_predictor
+from robojoule.profile.predictor_file import save_profile_predictor
+from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
+from tests.reproduction.tracking.test_profile_predictor import TRAINING, predictions
+from tests.test_docs import snippets
+
+PARAMS = load_params(ROOT / "params.yaml")
+
+
+@pytest.fixture(scope="module")
+def registered(tmp_path_factory: pytest.TempPathFactory) -> Layout:
+    """A folder whose registry has a champion."""
+    layout = Layout(tmp_path_factory.mktemp("registry"))
+    save_profile_predictor(calibrated_predictor(PARAMS.robot.robot()), layout.profile_predictor)
+    layout.data_dir.mkdir()
+    layout.features.write_bytes(b"what the record hashes")
+    test = predictions(**{MODEL: 1.01, "random_forest": 1.1})
+    record_profile_predictor(connect(layout), PARAMS, layout, test, TRAINING, {}, ["random_forest"])
+    return layout
+
+
+def test_a_champion_is_planned_with(registered: Layout, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    run("robojoule", "example", "cycle.yaml", cwd=registered.root)
+    plan = ["robojoule", "optimize", "cycle.yaml", "--robot", PARAMS.robot.name, "--payload", "10", "--json"]
+    plan += ["--cycle-time", "+20%", "--model"]
+    found, expected = (
+        json.loads(run(*plan, model, cwd=registered.root).stdout)
+        for model in (f"models:/{REGISTERED}@champion", "models/profile_predictor")
+    )
+    assert found == expected and found["profiles"] == "predicted"
+    refused = run(*plan, f"models:/{REGISTERED}@challenger", cwd=registered.root, code=2).stderr
+    assert f"'models:/{REGISTERED}@challenger' cannot be had" in refused and refused.count("\n") == 1
+
+
+def test_it_answers_the_request_of_the_page(
+    registered: Layout, background: Background, monkeypatch: pytest.MonkeyPatch
+):
+    (page,) = snippets(ROOT / "docs/operations.md", "console serve")
+    serve, ask = page.commands
+    port = free_port()
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", store_uri(registered))
+    assert "5001" in serve and "5001" in ask and REGISTERED in serve
+    log = Path(registered.root) / "serve.log"
+    background.start(serve.removesuffix("&").replace("5001", str(port)), registered.root, log)
+    wait_for("the model's server", lambda: answers(f"http://127.0.0.1:{port}/ping"), 180)
+    (row,) = json.loads(run("bash", "-c", ask.replace("5001", str(port)), cwd=registered.root).stdout)["predictions"]
+    assert set(row) == {"duration_s", "energy_j", "lower_j", "upper_j"}
+    assert 0.0 < row["lower_j"] < row["energy_j"] < row["upper_j"]
+    shown = json.loads(page.text.splitlines()[-1])["predictions"][0]
+    assert row["duration_s"] == pytest.approx(shown["duration_s"], abs=1e-4)  # physics alone: of any predictor
