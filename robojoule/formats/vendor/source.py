@@ -143,7 +143,7 @@ class VendorSource:
         )
 
     def _shared_places(self, moves: Sequence[MoveOperation]) -> tuple[int, ...]:
-        """All executions of the statement that runs least often, of those that all are among some moves."""
+        """All executions of the statement that runs last, of those whose executions all are among some moves."""
         executions = self.resolution.executions
         places: dict[int, list[int]] = {}
         for index, move in enumerate(moves):
@@ -154,7 +154,7 @@ class VendorSource:
             for statement, at in places.items()
             if len(at) == in_all[statement] and all(moves[index].is_fine for index in at)
         ]
-        return min(whole, key=len, default=())
+        return max(whole, key=max, default=())
 
     def save(self, tree: OperationTree, path: Path) -> None:
         """Write the program's files, all of them or none, those that go with it beside the first under its name."""

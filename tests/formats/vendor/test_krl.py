@@ -14,6 +14,7 @@ from robojoule.programs.operation_tree import CoarseZone, WaitOperation
 from robojoule.programs.sections import unknown_operations
 from robojoule.robots import load_robot
 from robojoule.robots.rigid_body import Placement
+from tests.formats.vendor.checks import assert_plan_holds, in_degrees
 from tests.formats.vendor.krl_text import AT, AT_HOME, CASES, DAT, HOME, TO, Case, inline, spline
 
 ROBOT = load_robot("kuka_kr16_r2010_2", payload_kg=8)
@@ -29,10 +30,6 @@ def write(folder, body, dat="", name="cycle"):
 
 def read(folder, body, dat="", robot=None, **settings):
     return load_program(write(folder, body, dat), robot, **settings)
-
-
-def in_degrees(program):
-    return np.degrees(program.tree.configurations_rad())
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -71,34 +68,20 @@ def test_what_is_saved_as_it_is_keeps_every_byte(tmp_path, name, end):
     assert (tmp_path / "copy.dat").exists() == bool(case.dat)
 
 
-def assert_plan_holds(program, robot, folder, cycle_time="+20%"):
-    """A plan keeps its figures when it is read again, and the next one leaves it as it is."""
-    plan = optimize(program, robot, cycle_time=cycle_time)
-    assert plan.energy_j <= plan.energy_given_j * (1 + 1e-9)
-    plan.save(folder / "new.src")
-    new = load_program(folder / "new.src", robot)
-    run = simulate(new, robot)
-    assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-6)
-    assert run.energy_j == pytest.approx(plan.energy_j, rel=1e-9)
-    again = optimize(new, robot, cycle_time="+0%" if unknown_operations(new.tree) else plan.cycle_time_s)
-    assert again.program.diff() == ""
-    return plan, new
-
-
 PLANNED = [name for name, case in CASES.items() if case.radii_mm is None]
 
 
 @pytest.mark.parametrize("name", PLANNED)
 def test_each_construct_is_planned_and_written(tmp_path, name):
     case: Case = CASES[name]
-    plan, new = assert_plan_holds(read(tmp_path, case.body, case.dat), ROBOT, tmp_path)
+    plan, new = assert_plan_holds(read(tmp_path, case.body, case.dat), ROBOT, tmp_path / "new.src")
     assert np.array_equal(in_degrees(new), in_degrees(plan.program))
 
 
 def test_folds_code_and_motion_data_stay_in_step(tmp_path):
     dat = DAT.replace("PDEFAULT={VEL 100", "PDEFAULT={VEL 80")
     body = inline("HOME", 80) + inline("P1", 80) + spline("P2", 55, "PPDAT1") + inline("HOME", 80)
-    plan, _ = assert_plan_holds(read(tmp_path, body, dat), ROBOT, tmp_path)
+    plan, _ = assert_plan_holds(read(tmp_path, body, dat), ROBOT, tmp_path / "new.src")
     text, data = (tmp_path / "new.src").read_text(), (tmp_path / "new.dat").read_text()
     first, second, third = (f"{move.speed_limit_percent:g}" for move in plan.moves)
     assert f"P1 Vel= {first} %" in text and f"2:P1, 3:, 5:{first}, 7:" in text and f"PARAMS,{first})" in text
@@ -110,13 +93,15 @@ def test_folds_code_and_motion_data_stay_in_step(tmp_path):
 
 def test_motion_data_of_one_motion_follow_it(tmp_path):
     dat = DAT.replace("PPDAT1={VEL 60.0", "PPDAT1={VEL 90.0")
-    plan, _ = assert_plan_holds(read(tmp_path, inline("HOME") + inline("P1", 90, data="PPDAT1"), dat), ROBOT, tmp_path)
+    plan, _ = assert_plan_holds(
+        read(tmp_path, inline("HOME") + inline("P1", 90, data="PPDAT1"), dat), ROBOT, tmp_path / "new.src"
+    )
     assert f"PPDAT1={{VEL {plan.moves[0].speed_limit_percent:.1f},ACC" in (tmp_path / "new.dat").read_text()
 
 
 def test_a_modal_speed_of_several_motions_gets_company(tmp_path):
     body = f"PTP {HOME}\nBAS(#VEL_PTP,80)\nPTP {TO}\nPTP {{A1 -20,A5 0}}\nPTP {HOME}"
-    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path)
+    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
     speeds = [float(text) for text in re.findall(r"BAS\(#VEL_PTP,(\d+)\)", (tmp_path / "new.src").read_text())]
     wanted = [move.speed_limit_percent for move in plan.moves]
     assert len(set(wanted)) > 1
@@ -125,7 +110,7 @@ def test_a_modal_speed_of_several_motions_gets_company(tmp_path):
 
 def test_motions_that_may_not_run_keep_their_speed(tmp_path):
     body = f"BAS(#VEL_PTP,80)\nPTP {HOME}\nPTP {TO}\nIF $IN[1] THEN\nPTP {{A1 9}}\nENDIF\nPTP {TO}\nPTP {HOME}"
-    assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path)
+    assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
     lines = (tmp_path / "new.src").read_text().splitlines()
     at = lines.index("PTP {A1 9}")
     assert [line for line in lines[:at] if "VEL_PTP" in line][-1] == "BAS(#VEL_PTP,80)"
