@@ -11,10 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from robojoule.arrays import as_array
 from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
@@ -39,8 +35,8 @@ from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
-from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
 from robojoule.profile.predictor_file import load_profile_predictor
+from robojoule.profiling import energy_profile as energy_profile
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
@@ -152,8 +148,8 @@ def adjust(
         robot: Robot with its payload, as for the plan.
         measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
         runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
-        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
-            robot's file. [s]
+        cycle_time: Cycle time that is asked for; if not given, the one that the program was planned for, which plans
+            say in the program (`planned_cycle_s`). [s]
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
@@ -172,11 +168,10 @@ def adjust(
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
-    asked = cycle_time
+    asked = program.tree.planned_cycle_s if cycle_time is None else cycle_time
     if asked is None:
-        if runs is not None:
-            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
-        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+        problem = "the program does not say for which cycle time it was planned"
+        raise InputError(problem, key="cycle_time", allowed="seconds (7.5); plans saved as YAML or JSON say it")
     source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
     wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
     if runs is not None:
@@ -273,30 +268,6 @@ def report(
     given = simulate_trees(batch, [[tree]])[0][0]
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
     return report_of(plan, curve, (tree, given), planned, batch, year)
-
-
-@finite
-def energy_profile(
-    robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
-) -> EnergyProfile:
-    """Energy of one motion over its duration, from runs at equidistant speed limits from 10 to 100 %.
-
-    Args:
-        robot: Robot with its payload.
-        start: Start configuration, shape (n,). [rad]
-        end: End configuration, shape (n,). [rad]
-        points: Number of speed limits, 2 to 1000.
-        degrees: Whether the configurations are in degrees instead.
-
-    Raises:
-        InputError: A configuration does not fit the robot, or there is no motion.
-    """
-    robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
-    first, last = (
-        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if in_degrees else q, where)
-        for q, where in ((start, "start"), (end, "end"))
-    )
-    return simulated_profile(robot, first, last, points)
 
 
 @finite

@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 _MOST_DIGITS = 10
 
 
-def add_program(parser: argparse.ArgumentParser) -> None:
+def add_program(parser: argparse.ArgumentParser, *, needed: bool = True) -> None:
     """Add the program."""
     parser.add_argument(
         "program",
         type=Path,
+        nargs=None if needed else "?",
         metavar="PROGRAM",
         help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
     )
@@ -151,14 +152,16 @@ def add_measurements(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
 
 
-def add_runs(parser: argparse.ArgumentParser) -> None:
-    """Add measured runs and caution."""
+def add_runs(parser: argparse.ArgumentParser, *, with_caution: bool = True) -> None:
+    """Add measured runs, and caution."""
     parser.add_argument(
         "--runs",
         metavar="FILE",
         help="measured runs of the moves: CSV or Parquet with move, speed_limit_percent, duration_s and, if known, "
         "energy_j",
     )
+    if not with_caution:
+        return
     parser.add_argument(
         "--cautious",
         action="store_true",

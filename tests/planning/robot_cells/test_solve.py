@@ -10,6 +10,7 @@ from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.robot_cell import Place
 from robojoule.planning.robot_cells.fidelity import pose_of
 from robojoule.planning.robot_cells.solve import plan_robot_cell
+from robojoule.planning.robot_cells.timeline import Timeline
 from tests.planning.robot_cells.cases import plan_of_three, planned, six, three, work_of_three
 
 
@@ -87,10 +88,20 @@ def test_equal_seeds_give_equal_plans():
     assert again.run.starts_s == plan_of_three().run.starts_s
 
 
+def test_a_stopped_search_gives_its_best_plan():
+    """The stop comes with the first plan of the search."""
+    seen: list[float] = []
+    plan = plan_robot_cell(
+        three(),
+        gap_percent=0.0,
+        progress=lambda at: seen.append(at.energy_j),
+        stop=lambda: any(np.isfinite(energy) for energy in seen),
+    )
+    assert plan.status == "feasible" and plan.run.violations == ()
+
+
 def test_power_over_time_integrates_to_the_energy():
     """Oracle: quadrature of the summed power over the cycle."""
-    from robojoule.planning.robot_cells.timeline import Timeline
-
     cell, plan = three(), plan_of_three()
     lines = [
         Timeline(one, program, start, cell.cycle_time_s)
