@@ -61,5 +61,5 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     )
     if arguments.out is not None:
         plan.save(arguments.out)
-    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"program_notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
-    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"program_notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 

@@ -246,7 +246,7 @@ class _Resolver:
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,
-            zone=zone_of(motion, following),
+            zone=zone_of(execution, following, self.poses),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
         )
