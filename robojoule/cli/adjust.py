@@ -15,6 +15,7 @@ from robojoule.cli._arguments import (
     check_outputs,
     number,
     program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli.optimize import show
@@ -59,7 +60,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         measured_cycle=arguments.measured_cycle,
         **wishes_of(arguments),
     )
-    if arguments.out is not None:
-        plan.save(arguments.out)
-    told = {"program_notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -297,8 +297,7 @@ class Machine(Flow):
             self.variables.set(("$APO", "CPTP"), distance)
             self.variables.set(("$APO", "CDIS"), distance)
         if word in ("#FRAMES", "#PTP_PARAMS", "#CP_PARAMS") and isinstance(frame, Mapping):
-            self.frames.set_tool(frame.get("TOOL_NO"))
-            self.frames.set_base(frame.get("BASE_NO"))
+            self.frames.take(frame)
         elif word == "#TOOL":
             self.frames.set_tool(value)
         elif word == "#BASE":
