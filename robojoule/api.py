@@ -148,8 +148,8 @@ def adjust(
         robot: Robot with its payload, as for the plan.
         measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
         runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
-        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
-            robot's file. [s]
+        cycle_time: Cycle time that is asked for; if not given, the one that the program was planned for, which plans
+            say in the program (`planned_cycle_s`). [s]
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
@@ -168,11 +168,10 @@ def adjust(
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
-    asked = cycle_time
+    asked = program.tree.planned_cycle_s if cycle_time is None else cycle_time
     if asked is None:
-        if runs is not None:
-            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
-        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+        problem = "the program does not say for which cycle time it was planned"
+        raise InputError(problem, key="cycle_time", allowed="seconds (7.5); plans saved as YAML or JSON say it")
     source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
     wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
     if runs is not None:

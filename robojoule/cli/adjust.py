@@ -28,7 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot(parser, named_by_program=True)
     parser.add_argument("--measured-cycle", type=number, metavar="S", help="what the cycle took on the machine [s]")
     parser.add_argument(
-        "--cycle-time", metavar="T", help="cycle time asked for [s] (default: the plan's own by the robot's file)"
+        "--cycle-time",
+        metavar="T",
+        help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
     parser.add_argument(
         "--speed-step",

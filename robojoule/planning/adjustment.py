@@ -52,7 +52,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
     as_ran, at_full = (scaled(run, factor, batch.idle_post_w) for run in (ran, fastest))
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=ran.cycle_time_s, least_s=least_s)
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
         raise CycleTimeTooShort(wanted_s, least_s + kept_s)

@@ -216,6 +216,9 @@ class OperationTree(Document):
     angles: Angles = Field(
         default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
     )
+    planned_cycle_s: Annotated[Number, Field(gt=0, le=LONGEST_S)] | None = Field(
+        default=None, description="Cycle time that the plan in it was made for, which plans write; none: no plan. [s]"
+    )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
 

@@ -68,14 +68,17 @@ def move_profile(
     Raises:
         InputError: There is no such move, it goes nowhere, or a run of it is missing.
     """
-    row = next((i for i, vertex in enumerate(batch.graphs[0].vertices) if move in vertex.moves), None)
-    if row is None:
-        names = [name for vertex in batch.graphs[0].vertices for name in vertex.moves]
-        if not isinstance(move, str):
-            raise InputError("which move of the program is not said", key="move", allowed=", ".join(names))
+    tree, names = batch.trees[0], [one.name for one in batch.trees[0].moves()]
+    if not isinstance(move, str):
+        raise InputError("which move of the program is not said", key="move", allowed=", ".join(names))
+    if move not in names:
         error = unknown_name("move", move, names)
         raise InputError(error.problem, key="move", allowed=error.allowed)
-    robot, (start, end) = batch.robot, batch.trees[0].configurations_rad()[row : row + 2]
+    if any(move in vertex.moves and len(vertex.moves) > 1 for vertex in batch.graphs[0].vertices):
+        problem = f"the robot does not stop before or after move '{move}'"
+        raise InputError(problem, key="move", allowed="a move from stop to stop")
+    row = names.index(move)
+    robot, (start, end) = batch.robot, tree.configurations_rad()[row : row + 2]
     if runs is None:
         return motion_profile(robot, start, end, points, profiles)
     if profiles == "simulated":
