@@ -202,6 +202,7 @@ def test_procedures_of_the_file_run_and_others_may_move_the_robot(tmp_path):
     found, _ = events(tmp_path, body, more=more)
     assert kinds(found) == [Motion, Motion, Unknown, Unknown]
     assert kinds(events(tmp_path, "    again;", more=more)[0]) == [Unknown]
+    assert kinds(events(tmp_path, "    elsewhere 1;", Beside(still=frozenset(["ELSEWHERE"])))[0]) == []
 
 
 def test_conditions(tmp_path):

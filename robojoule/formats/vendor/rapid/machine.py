@@ -182,7 +182,7 @@ class Machine:
         elif name in _HARMLESS:
             if name in _CHANGING:
                 self._forget_first(one, tree)
-        else:
+        elif name not in self.beside.still:
             self._unknown(one, f"{tree.children[0]} is not in this file, it may move the robot")
 
     def _own_call(self, one: Statement, tree: Node, routine: Routine) -> None:
