@@ -64,7 +64,7 @@ def test_what_a_teach_pendant_cannot_say_is_listed(tmp_path):
     one = tree().with_plan({"to part": 33.4}, waits_after_s={"home": 0.127})
     lost = format_of(tmp_path / "a.ls").create(one, tmp_path / "a.ls", robot)
     assert any("34 % instead of 33.4 %" in text for text in lost)
-    assert any("CNT is no radius" in text for text in lost)
+    assert any("CNT is not a radius" in text for text in lost)
     assert any("0.12 s instead of 0.127 s" in text for text in lost)
     assert any("without its power" in text for text in lost)
     assert load_program(tmp_path / "a.ls").moves[0].speed_limit_percent == 34

@@ -47,7 +47,7 @@ def compose_teach_pendant(tree: OperationTree, robot: Robot | None, name: str) -
             if whole != step.percent:
                 lost.append(f"the speed limit of '{step.name}' is {whole} % instead of {step.percent:g} %")
             if step.radius_m:
-                lost.append(f"the zone of '{step.name}' is CNT100: CNT is no radius")
+                lost.append(f"the zone of '{step.name}' is CNT100: CNT is not a radius")
             codes.append(f"J P[{number}:{points[number - 2]}] {whole}% {'CNT100' if step.radius_m else 'FINE'}")
     rows = [f"{at:4d}:{'' if code.startswith('J P[') else '  '}{code} ;" for at, code in enumerate(codes, start=1)]
     angles = degrees_text([steps.start_rad, *(move.target_rad for move in moves)])
