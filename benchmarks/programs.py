@@ -63,8 +63,15 @@ def arms(folder: Path) -> Iterator[tuple[Robot, tuple[str, ...]]]:
     yield robot, (".mod",)
 
 
-def random_tree(robot: Robot, moves: int, seed: int) -> OperationTree:
-    """Fine moves between random configurations, with whole speed limits and some waits, in angles of the model."""
+def random_tree(robot: Robot, moves: int, seed: int, coarse: float = 0.0) -> OperationTree:
+    """Moves between random configurations, with whole speed limits and some waits, in angles of the model.
+
+    Args:
+        robot: The robot.
+        moves: How many.
+        seed: Of the random numbers.
+        coarse: Which share of the moves that nothing but a move follows has a zone. [-]
+    """
     chance = np.random.default_rng(seed)
     middle, half = 0.5 * (robot.lower_rad + robot.upper_rad), 0.5 * (robot.upper_rad - robot.lower_rad)
     position = middle + 0.4 * half * chance.uniform(-1.0, 1.0, robot.joint_count)
@@ -73,11 +80,15 @@ def random_tree(robot: Robot, moves: int, seed: int) -> OperationTree:
     for number in range(moves):
         change = chance.normal(0.0, 0.6, robot.joint_count)
         position = np.clip(position + change, middle - 0.9 * half, middle + 0.9 * half)
-        waits = {"wait_after_s": round(float(chance.uniform(0.1, 1.0)), 2)} if chance.random() < 0.4 else {}
+        more: dict[str, object] = {}
+        if chance.random() < 0.4:
+            more["wait_after_s"] = round(float(chance.uniform(0.1, 1.0)), 2)
+        elif coarse and number < moves - 1 and chance.random() < coarse:
+            more["zone"] = {"radius_m": float(chance.choice([0.01, 0.05, 0.1]))}
         speed = float(chance.integers(30, 101))
         target = tuple(np.round(np.degrees(position), 3).tolist())
         operations.append(
-            {"type": "move", "name": f"p{number}", "target_deg": target, "speed_limit_percent": speed, **waits}
+            {"type": "move", "name": f"p{number}", "target_deg": target, "speed_limit_percent": speed, **more}
         )
     return OperationTree.model_validate(
         {
@@ -90,11 +101,13 @@ def random_tree(robot: Robot, moves: int, seed: int) -> OperationTree:
     )
 
 
-def outcome(robot: Robot, suffix: str, folder: Path, *, moves: int, seed: int, longer: float) -> Outcome:
-    """One random program through all of it."""
+def outcome(
+    robot: Robot, suffix: str, folder: Path, *, moves: int, seed: int, longer: float, coarse: float = 0.0
+) -> Outcome:
+    """One random program through all of it, planned for so many times the given program's cycle time."""
     found = Outcome()
     given_path, planned_path, again_path = (folder / f"{name}{suffix}" for name in ("given", "planned", "again"))
-    _write(random_tree(robot, moves, seed), given_path, robot)
+    _write(random_tree(robot, moves, seed, coarse), given_path, robot)
     given = load_program(given_path).for_robot(robot)
     given.save(folder / f"same{suffix}")
     if (folder / f"same{suffix}").read_bytes() != given_path.read_bytes():
@@ -142,6 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.programs", description=main.__doc__)
     parser.add_argument("--programs", type=int, default=10, help="programs of each robot in each language")
     parser.add_argument("--moves", type=int, default=6, help="moves of a program")
+    parser.add_argument("--coarse", type=float, default=0.0, help="share of moves with zones")
     parser.add_argument("--robot", action="append", help="only this one; may be repeated")
     options = parser.parse_args(arguments)
     broken = 0
@@ -155,7 +169,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 for seed in range(options.programs):
                     longer = LONGER[seed % len(LONGER)]
                     try:
-                        one = outcome(robot, suffix, folder, moves=options.moves, seed=seed, longer=longer)
+                        one = outcome(
+                            robot,
+                            suffix,
+                            folder,
+                            moves=options.moves,
+                            seed=seed,
+                            longer=longer,
+                            coarse=options.coarse,
+                        )
                     except InputError as error:
                         one = Outcome(broken=[str(error)])
                     savings.append(one.saving_percent)
