@@ -14,8 +14,8 @@ from robojoule.checks import checked_batch, checked_robot, checked_runs, known_p
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_flag
-from robojoule.planning.move_profile import motion_profile, move_profile
 from robojoule.planning.optimization import Profiles, checked_profiles
+from robojoule.planning.source_profiles import motion_profile, move_profile
 from robojoule.profile.energy_profile import EnergyProfile
 from robojoule.robots.robot import Robot
 

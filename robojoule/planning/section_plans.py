@@ -99,7 +99,7 @@ def joined_runs(runs: Sequence[CycleRun]) -> CycleRun:
 
 
 def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan]) -> tuple[str, ...]:
-    """What to know about all sections, each sentence once; that a section does not close is no news."""
+    """What to know about all sections, each sentence once; that a section does not close goes without saying."""
     known = dict.fromkeys(text for part in parts for text in part.warnings if text != OPEN_CYCLE)
     where, sections = unknown_places(program), counted(len(parts), "section")
     return (*known, f"time and energy are those of {sections}: how long {where} takes is not known")

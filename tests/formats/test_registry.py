@@ -46,8 +46,8 @@ def test_suffixes_may_be_in_capitals(tmp_path):
 
 @pytest.mark.parametrize("name, shown", [("cycle.krl", "'.krl'"), ("cycle", "''")])
 def test_an_unknown_suffix_names_the_known_ones(tmp_path, name, shown):
-    known = ".yaml, .yml, .json (operation tree), .csv (joint positions), .src (KUKA KRL), .ls (FANUC TP), "
-    known += ".script (URScript)"
+    known = ".yaml, .yml, .json (operation tree), .csv (joint positions), .src (KUKA KRL), "
+    known += ".ls (FANUC TP), .mod, .prg (ABB RAPID), .script (URScript)"
     message = f"{tmp_path / name}: unknown file type {shown}; allowed: {known}"
     for action in (load_program, program().save):
         with pytest.raises(InputError) as caught:

@@ -24,12 +24,12 @@ from robojoule.formats.vendor.trace import (
     Unknown,
     Wait,
 )
+from robojoule.formats.vendor.zones import with_ends, zone_of
 from robojoule.inputs import counted
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
     LEAST_SPEED_PERCENT,
-    CoarseZone,
     MoveOperation,
     OperationTree,
     UnknownOperation,
@@ -38,10 +38,8 @@ from robojoule.programs.operation_tree import (
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
-LEAST_RADIUS_M = 1e-6
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
-_RADIUS_PER_SHARE_M = 0.1  # what stands for a share of the way while no robot is known; nothing is computed with it
 
 
 @dataclass(frozen=True)
@@ -133,7 +131,7 @@ class _Resolver:
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=tuple(self._with_ends()),
+            operations=with_ends(self.operations),
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
@@ -141,14 +139,6 @@ class _Resolver:
         added = {key: tuple(waits) for key, waits in self.added.items()}
         repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
         return Resolution(tree, places, notes, self.executions, added, repeated)
-
-    def _with_ends(self) -> list[MoveOperation | WaitOperation | UnknownOperation]:
-        """The operations; a motion that no other one follows at once ends at its target, whatever its zone."""
-        ends = [not isinstance(after, MoveOperation) for after in (*self.operations[1:], None)]
-        return [
-            one.model_copy(update={"zone": "fine"}) if is_end and isinstance(one, MoveOperation) else one
-            for one, is_end in zip(self.operations, ends, strict=True)
-        ]
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))
@@ -256,7 +246,7 @@ class _Resolver:
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,
-            zone=self._zone(motion, following),
+            zone=zone_of(motion, following),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
         )
@@ -279,14 +269,6 @@ class _Resolver:
         label = motion.label or "move"
         numbered = self._number(label)
         return label if self.labels[motion.label] == 1 and motion.label else numbered
-
-    def _zone(self, motion: Motion, following: Event | None) -> CoarseZone | str:
-        """The zone in which the next motion may begin; where something else follows, the controller stops."""
-        blend = motion.blend
-        if blend is None or not isinstance(following, Motion):
-            return "fine"
-        radius_m = blend.radius_m if blend.radius_m is not None else (blend.share or 0.0) * _RADIUS_PER_SHARE_M
-        return CoarseZone(radius_m=radius_m) if radius_m > LEAST_RADIUS_M else "fine"
 
     # Targets
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
-from robojoule.formats.vendor.speeds import leading_share, path_duration_s, percent_for_duration, snapped
+from robojoule.formats.vendor.speeds import (
+    leading_share,
+    path_duration_s,
+    percent_for_duration,
+    percent_for_tool_speed,
+    snapped,
+)
 from robojoule.formats.vendor.trace import Motion, NeedsRobot, PoseTarget
 from robojoule.robots.rigid_body import Placement
 
@@ -75,6 +81,10 @@ class SpeedLimits:
         if speed.duration_s is None and speed.leading_rad_s is not None:
             share = leading_share(execution.start_rad, execution.target_rad, self.poses.robot)
             return Limit(snapped(100.0 * share * speed.leading_rad_s) if share > 0.0 else 100.0, not speed.writable)
+        if speed.duration_s is None:
+            ends = [self.poses.model(position) for position in (execution.start_rad, execution.target_rad)]
+            bounded = percent_for_tool_speed(self.poses.robot, ends[0], ends[1], motion.tool, speed)
+            return Limit(bounded, not speed.writable)
         percent, _ = self._timed(execution, self.poses)
         return Limit(percent, not speed.writable, reason="" if percent else "how long it takes cannot be told")
 

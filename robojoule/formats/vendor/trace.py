@@ -120,6 +120,7 @@ class Motion:
         blend: Whether the next motion may begin before it ends; None: the robot stops at the target.
         via: Where a circular motion passes.
         reason: Why the target is not known, for reports.
+        tool: The tool in the flange's frame, whose speed the motion's may be; None: the flange.
     """
 
     statement: int
@@ -131,6 +132,7 @@ class Motion:
     blend: Blend | None = None
     via: PoseTarget | None = None
     reason: str = ""
+    tool: Placement | None = None
 
 
 @dataclass(frozen=True)

@@ -187,7 +187,7 @@ class Machine:
         elif name == "popup":
             self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
         elif name in STREAMS:
-            self._unknown(line, f"{name}() is no planned motion")
+            self._unknown(line, f"plans do not reach {name}()")
         elif not name.startswith(HARMLESS):
             self._unknown(line, f"{name}() is not in this file, it may move the robot")
 
