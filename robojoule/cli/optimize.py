@@ -51,9 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_slowest(parser)
     add_measurements(parser)

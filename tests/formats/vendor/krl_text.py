@@ -91,7 +91,7 @@ CASES = {
         unknown=1,
         dat=DAT,
     ),
-    "comments are no code": Case(f";PTP {TO}\nPTP {HOME} ;PTP {TO}\nPTP {{A1 9}}", [AT_HOME, [9, -90, 90, 0, 0, 0]]),
+    "comments are not code": Case(f";PTP {TO}\nPTP {HOME} ;PTP {TO}\nPTP {{A1 9}}", [AT_HOME, [9, -90, 90, 0, 0, 0]]),
     "semicolons in texts": Case(
         f'DECL CHAR T[9]\nT[]="a;b"\nPTP {HOME}\nPTP {{A1 9}}', [AT_HOME, [9, -90, 90, 0, 0, 0]]
     ),

@@ -293,7 +293,7 @@ class Machine(Flow):
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
-        elif name not in HARMLESS:
+        elif name not in HARMLESS and name not in self.frames.beside.still:
             self.unknown(line, f"{name}() is not in this file, it may move the robot")
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
