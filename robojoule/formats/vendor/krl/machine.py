@@ -51,11 +51,13 @@ class Executed:
         statement: First character of its statement.
         set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
         origin: Where that speed stands as a number; None: nowhere.
+        percent: That speed; None: it is not known. [%]
     """
 
     statement: int
     set_by: int
     origin: Span | None
+    percent: float | None
 
 
 class Machine(Flow):
@@ -159,7 +161,8 @@ class Machine(Flow):
             setting = self.settings.setdefault(line.code_start, Setting(line, speed.percent))
             setting.percent = speed.percent
             own = vel is not None
-            self.executions.append(Executed(line.code_start, -len(self.executions) - 1 if own else self.sets, origin))
+            set_by = -len(self.executions) - 1 if own else self.sets
+            self.executions.append(Executed(line.code_start, set_by, origin, speed.percent))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
