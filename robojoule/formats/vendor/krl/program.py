@@ -109,7 +109,7 @@ class KrlProgram:
 
     @cached_property
     def _protected(self) -> frozenset[int]:
-        """Settings that must stay: those of motions that run at several speeds, or maybe of motions that did not run."""
+        """Settings that must stay: of motions that run at several speeds, or maybe of motions that did not run."""
         assert self._machine is not None
         found = set()
         for one in self._machine.executions:
