@@ -17,6 +17,7 @@ from robojoule.checks import (
     checked_batch,
     checked_robot,
     checked_runs,
+    checked_step,
     known_program,
     model_program,
     moving_batch,
@@ -34,7 +35,6 @@ from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
-from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
 from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.profiling import energy_profile as energy_profile
 from robojoule.programs.tree_check import robot_warnings
@@ -58,7 +58,7 @@ def optimize(
     *,
     cycle_time: float | str,
     allow_faster: bool = False,
-    speed_step: float = SPEED_STEP_PERCENT,
+    speed_step: float | None = None,
     reserve: float | str = 0.0,
     profiles: Profiles | None = None,
     model: str | Path | None = None,
@@ -85,7 +85,8 @@ def optimize(
             limits included ("+10%"). Where nobody knows how long a part takes, a share, which each section between
             such parts keeps.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
-        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
+        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. If not given,
+            whole percents, or a tenth where the program's language has speeds or durations. [%]
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
         profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
             (the default with runs: of every move, at two speed limits or more).
@@ -105,7 +106,7 @@ def optimize(
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
@@ -133,7 +134,7 @@ def adjust(
     measured_cycle: float | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cycle_time: float | str | None = None,
-    speed_step: float = SPEED_STEP_PERCENT,
+    speed_step: float | None = None,
     reserve: float | str = 0.0,
     cautious: bool = False,
     peak_power_w: float | None = None,
@@ -162,7 +163,7 @@ def adjust(
     """
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
-    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
     program = model_program(as_given, robot)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
     from robojoule.formats.vendor.trace import Beside
+    from robojoule.planning.plan import Plan
     from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
@@ -223,6 +224,19 @@ def operation_of(arguments: argparse.Namespace) -> Operation:
         price_per_kwh=arguments.price,
         co2_g_per_kwh=arguments.co2,
     )
+
+
+def save_plan(plan: Plan, path: Path, robot: Robot) -> tuple[str, ...]:
+    """Write a program with its plan, in another format if the suffix names one, and say what that cannot say."""
+    from robojoule.formats.conversion import converted
+    from robojoule.formats.registry import format_of
+    from robojoule.formats.vendor.files import VendorFiles
+
+    found = format_of(path)
+    if isinstance(found, VendorFiles) and found.name != plan.program.format:
+        return converted(plan.program, path, robot).lost
+    plan.save(path)
+    return ()
 
 
 def add_diff(parser: argparse.ArgumentParser) -> None:

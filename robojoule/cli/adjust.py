@@ -15,6 +15,7 @@ from robojoule.cli._arguments import (
     check_outputs,
     number,
     program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli.optimize import show
@@ -35,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_measurements(parser)
     add_bounds(parser)
@@ -59,7 +60,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         measured_cycle=arguments.measured_cycle,
         **wishes_of(arguments),
     )
-    if arguments.out is not None:
-        plan.save(arguments.out)
-    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -263,10 +263,11 @@ def show(result: dict[str, Any]) -> None:
             f"{one['cell']}: {one['status']}, {one['energy_j']:.2f} J per cycle of {one['cycle_time_s']:.4f} s, "
             f"bound {one['bound_j']:.2f} J, gap {one['gap_percent']:.4f} %, {one['runtime_s']:.2f} s"
         )
-        print(
-            f"largest power of all robots {one['largest_mean_power_w']:.0f} W, each movement at its mean: "
-            "energy functions tell no peaks and no torques"
-        )
+        if "largest_mean_power_w" in one:
+            print(
+                f"largest power of all robots {one['largest_mean_power_w']:.0f} W, each movement at its mean: "
+                "energy functions tell no peaks and no torques"
+            )
         if "instances" not in result:
             _show_robots(one)
             _show_steps(one["steps"])

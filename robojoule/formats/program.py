@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
-from robojoule.formats.registry import format_of
+from robojoule.formats.registry import FORMATS, format_of
 from robojoule.formats.tree_files import TreeFiles
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.formats.vendor.source import VendorSource
@@ -88,6 +88,11 @@ class Program:
     def angles(self) -> Angles:
         """Whether its angles are those of the robot's model or as the pendant shows them."""
         return self.tree.angles
+
+    @property
+    def speed_step_percent(self) -> float:
+        """Step of speed limits that controllers of its format take; whole percents without a file. [%]"""
+        return next((one.speed_step_percent for one in FORMATS if one.name == self.format), 1.0)
 
     def counted_as(self, angles: str) -> Program:
         """The program with the same numbers, taken as angles of the model or of the pendant.

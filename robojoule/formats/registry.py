@@ -75,8 +75,8 @@ FORMATS: tuple[Format, ...] = (
     PositionFiles(),
     VendorFiles("KUKA KRL", (".src",), _krl, _new_krl),
     VendorFiles("FANUC TP", (".ls",), _teach_pendant, _new_teach_pendant),
-    VendorFiles("ABB RAPID", (".mod", ".prg"), _rapid, _new_rapid),
-    VendorFiles("URScript", (".script",), _ur, _new_ur),
+    VendorFiles("ABB RAPID", (".mod", ".prg"), _rapid, _new_rapid, speed_step_percent=0.1),
+    VendorFiles("URScript", (".script",), _ur, _new_ur, speed_step_percent=0.1),
 )
 
 

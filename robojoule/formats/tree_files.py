@@ -43,6 +43,7 @@ class TreeFiles:
 
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
+    speed_step_percent = 1.0
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""

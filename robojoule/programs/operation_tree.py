@@ -274,6 +274,11 @@ class OperationTree(Document):
         """Moves in order of execution."""
         return tuple(operation for operation in self.atomic() if isinstance(operation, MoveOperation))
 
+    @property
+    def added_waits_s(self) -> float:
+        """Sum of the waits that a plan has added. [s]"""
+        return sum(move.added_wait_before_s + move.added_wait_after_s for move in self.moves())
+
     def configurations_rad(self) -> Array:
         """Joint configurations from the start on: (moves + 1, joints). [rad]
 

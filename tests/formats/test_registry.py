@@ -69,3 +69,9 @@ def test_a_folder_or_bytes_are_no_program(tmp_path, suffix):
     for name in ("folder", "bytes"):
         with pytest.raises(InputError, match=r"this is a folder|is UTF-16, not UTF-8 text|not a text of one byte"):
             load_program(tmp_path / f"{name}{suffix}")
+
+
+def test_languages_with_durations_and_speeds_take_finer_steps():
+    steps = {one.name: one.speed_step_percent for one in FORMATS}
+    assert steps["KUKA KRL"] == steps["FANUC TP"] == steps["operation tree"] == 1.0
+    assert steps["ABB RAPID"] == steps["URScript"] == 0.1

@@ -25,12 +25,14 @@ class VendorFiles:
         suffixes: Suffixes of its files, in lower case, with the dot.
         parse: Reads a file, and those that go with it.
         compose: Makes the texts of a new program; None: new programs are not made.
+        speed_step_percent: Step of speed limits that plans take: fine where the language has speeds or durations. [%]
     """
 
     name: str
     suffixes: tuple[str, ...]
     parse: Callable[[Path], VendorProgram]
     compose: Compose | None = None
+    speed_step_percent: float = 1.0
 
     def source(self, path: Path, beside: Beside | None = None) -> VendorSource:
         """Read a program without saying yet for which robot.

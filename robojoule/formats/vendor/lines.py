@@ -89,6 +89,11 @@ def _comment_start(text: str, sign: str) -> int:
     return len(text)
 
 
+def first_word(code: str) -> str:
+    """The word that a line begins with, up to white space or a parenthesis; empty where there is none."""
+    return next(iter(code.replace("(", " ( ").split()), "")
+
+
 def short(code: str) -> str:
     """Code as messages show it."""
     text = " ".join(code.split())

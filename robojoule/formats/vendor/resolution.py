@@ -38,6 +38,7 @@ from robojoule.programs.operation_tree import (
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
+MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
 
@@ -118,6 +119,8 @@ class _Resolver:
     def resolution(self) -> Resolution:
         """The tree and what is to be known of it."""
         events = self.trace.events
+        if sum(isinstance(event, Motion) for event in events) > MOST_MOTIONS:
+            raise InputError("the program moves too often", allowed=f"{MOST_MOTIONS} motions")
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
@@ -246,7 +249,7 @@ class _Resolver:
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,
-            zone=zone_of(motion, following),
+            zone=zone_of(execution, following, self.poses),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
         )

@@ -32,9 +32,12 @@ def leading_share(start_rad: Sequence[float], target_rad: Sequence[float], robot
 
 
 def snapped(percent: float, within: float = _SNAP_PERCENT) -> float:
-    """A percentage as it was meant: a whole one where only the digits of the program differ from it."""
-    whole = round(percent)
-    return float(whole) if whole and abs(percent - whole) <= within * max(percent, 1.0) else round(percent, 6)
+    """A percentage as it was meant: whole, or a whole tenth, where only the digits of the program differ from it."""
+    for steps in (1, 10):
+        meant = round(percent * steps) / steps
+        if meant and abs(percent - meant) <= within * max(percent, 1.0):
+            return meant
+    return round(percent, 6)
 
 
 def trapezoid_s(length: float, speed: float, acceleration: float) -> float:

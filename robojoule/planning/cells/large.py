@@ -34,6 +34,7 @@ BOUND_S = 60.0
 SHARE_OF_ANNEALING = 0.3  # of the time, at most
 REHEAT_ITERATIONS, REHEAT_J = 1_000_000, (100.0, 60.0)
 LEAST_GAIN_J = 0.01
+_PATIENCE_S = 0.1
 MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
 
 
@@ -71,8 +72,9 @@ class LargeSearch:
             self.bounds_j[r] = single.found.bound_j
             singles.append(single)
         self._bounded()
-        compiling.join()
-        if all(single.found.selection is not None for single in singles):
+        while compiling.is_alive() and not self._done():  # a search without time does not wait for the compiler
+            compiling.join(_PATIENCE_S)
+        if not compiling.is_alive() and all(single.found.selection is not None for single in singles):
             annealer = Annealer(self.numbers, singles)
             self._anneal(annealer, began)
         if self.best.selection is not None:

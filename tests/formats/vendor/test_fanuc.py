@@ -193,6 +193,21 @@ def test_what_may_move_the_robot_makes_its_position_unknown(tmp_path, code):
     assert [type(event) for event in found] == [Motion, Unknown, Motion]
 
 
+def test_programs_beside_it_that_move_nothing_keep_the_position_known(tmp_path):
+    written(tmp_path, listing(["DO[1]=ON", "WAIT   .30(sec)", "CALL SIGNAL"], {}), "GRIP.LS")
+    written(tmp_path, listing(["WAIT DI[1]=ON"], {}), "signal.ls")
+    written(tmp_path, listing(["J P[2] 100% FINE"]), "go.ls")
+    written(tmp_path, listing(["CALL LOOP"], {}), "loop.ls")
+    written(tmp_path, b"\0", "bad.ls")
+    found, notes = events(tmp_path, [CYCLE[0], "CALL GRIP", CYCLE[1]])
+    assert [type(event) for event in found] == [Motion, Wait, Wait, Motion] and "moves nothing" in notes[0]
+    assert [found[1].duration_s, found[2].duration_s] == [0.3, None] and found[1].line == found[0].line + 1
+    for name in ("GO", "LOOP", "BAD", "MISSING"):
+        assert [type(event) for event in events(tmp_path, [CYCLE[0], f"CALL {name}"])[0]] == [Motion, Unknown]
+    still = Beside(still=frozenset(["MISSING", "HAND OPEN 1"]))
+    assert len(events(tmp_path, [CYCLE[0], "CALL MISSING(1)", "Hand open  1", CYCLE[1]], beside=still)[0]) == 2
+
+
 @pytest.mark.parametrize(
     "code",
     [

@@ -159,7 +159,9 @@ def test_payloads_of_tools_and_grips(tmp_path):
     body = f"{CYCLE}\n    GripLoad lPart;\n    MoveAbsJ j1,v100,fine,tGrip;\n    GripLoad load0;"
     loads = [event for event in events(tmp_path, body, data=data)[0] if isinstance(event, Load)]
     assert [load.payload.mass_kg for load in loads] == [5.0, 8.0, 5.0]
-    assert loads[1].payload.com_m[2] == pytest.approx((5 * 0.05 + 3 * 0.15) / 8)
+    assert loads[1].payload.com_m[2] == pytest.approx(
+        (5 * 0.05 + 3 * (0.1 + 0.15)) / 8
+    )  # a part's is in the tool's frame
 
 
 def test_arrays_and_loops(tmp_path):
@@ -202,6 +204,7 @@ def test_procedures_of_the_file_run_and_others_may_move_the_robot(tmp_path):
     found, _ = events(tmp_path, body, more=more)
     assert kinds(found) == [Motion, Motion, Unknown, Unknown]
     assert kinds(events(tmp_path, "    again;", more=more)[0]) == [Unknown]
+    assert kinds(events(tmp_path, "    elsewhere 1;", Beside(still=frozenset(["ELSEWHERE"])))[0]) == []
 
 
 def test_conditions(tmp_path):

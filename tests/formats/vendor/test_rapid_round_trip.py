@@ -84,6 +84,11 @@ def test_inline_targets_and_a_pose_that_the_arm_reaches(tmp_path):
 def test_a_file_without_main_or_procedure(tmp_path):
     text = module(CYCLE).replace("PROC main()", "PROC path1()")
     assert len(read_rapid(written(tmp_path, text)).trace(Beside()).events) > 4
+    other = "  PROC path2()\n  ENDPROC\n"
+    trace = read_rapid(written(tmp_path, text.replace("ENDMODULE", f"{other}ENDMODULE"))).trace(Beside())
+    assert [str(note) for note in trace.notes] == [
+        "line 13: there is no PROC main: PATH1 is planned, other procedures are kept"
+    ]
     for text in ("", "hello", "MODULE x\nENDMODULE\n", "%%%"):
         with pytest.raises(InputError, match="the file has no procedure"):
             load_program(written(tmp_path, text))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from lark import Token, Tree
@@ -34,6 +34,7 @@ from robojoule.formats.vendor.trace import (
 _TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _SECONDS = {"sec": 1.0, "msec": 1e-3}
 ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
+_DEEPEST_CALLS = 20
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
 # First words of instructions that move nothing; every other one may be a macro.
@@ -41,6 +42,10 @@ _HARMLESS = {"ARC", "COL", "COLLISION", "ELSE", "ENDIF", "ENDFOR", "FORCE", "LOC
 _HARMLESS |= {"PULSE", "RSR", "SKIP", "SPOT", "TC_ONLINE", "TOOL_OFFSET", "TRACK", "UALM", "UNLOCK", "VOFFSET", "WEAVE"}
 _HARMLESS |= {"WELD", "TIME", "DISTANCE", "STOP", "RESUME", "SYNC", "LBL", "MONITOR", "DEPARTURE", "FLG", "VISION"}
 _MODAL = {"OVERRIDE": "speeds of the program are shares of it", "JOINT_MAX_SPEED": "it bounds speeds"}
+
+
+# The instructions of another program, by its name; None: it is not there.
+Find = Callable[[str], Sequence[Instruction | Block] | None]
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,11 @@ class _Leave(Exception):
 class Machine:
     """Executes instructions and collects events."""
 
-    def __init__(self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool) -> None:
+    def __init__(
+        self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool, find: Find, depth: int = 0
+    ) -> None:
+        self.find = find
+        self.depth = depth
         self.positions = positions
         self.frames = Frames(beside)
         self.beside = beside
@@ -273,12 +282,28 @@ class Machine:
         first = str(tree.children[0])
         if first.upper().startswith("PAYLOAD["):
             self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), short(one.code)))
-        elif _may_be_macro(one):
+        elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
             self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}")
 
     def _call(self, one: Instruction, tree: Node) -> None:
         name = next(str(token) for token in tree.children if isinstance(token, Token))
-        self._unknown(one, f"{name} is another program, it may move the robot")
+        if name.upper() in self.beside.still:
+            return
+        body = self.find(name) if self.depth < _DEEPEST_CALLS else None
+        if body is None:
+            self._unknown(one, f"{name} is another program, it may move the robot")
+            return
+        other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
+        other.registers = self.registers
+        other.run(body)
+        waits = [event for event in other.events if isinstance(event, Wait)]
+        if len(waits) < len(other.events):
+            self._unknown(one, f"{name}, beside this program, may move the robot")
+            return
+        self.note(one, f"{name}, beside this program, moves nothing")
+        self.events += [
+            Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
+        ]
 
     # Jumps and loops
 

@@ -10,18 +10,20 @@ from lark import Token, Tree
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.lines import short
-from robojoule.formats.vendor.rapid.data import payload_of
+from robojoule.formats.vendor.rapid.data import payload_of, tool_of
 from robojoule.formats.vendor.rapid.expressions import Variables, arguments_of, path_of, value_of
 from robojoule.formats.vendor.rapid.motions import FORMS, Setting, read_motion
 from robojoule.formats.vendor.rapid.syntax import Block, Node, Routine, Statement, within
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, CycleStart, Event, Load, Note, Unknown, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
 
 ADDED = "!robojoule"  # begins the comment of waits that plans add
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _DEEPEST_CALLS = 50
+_NOTHING_KG = 0.001  # load0's mass, which stands for none
 _WAITS = {"WAITDI", "WAITDO", "WAITAI", "WAITAO", "WAITGI", "WAITGO", "WAITUNTIL", "WAITROB", "WAITSYNCTASK"}
 _WAITS |= {"WAITLOAD", "WAITWOBJ", "WAITTESTANDSET", "UIMSGBOX", "TPREADFK", "TPREADNUM", "TPREADDNUM", "SYNCMOVEON"}
 # Instructions that move nothing and take no time to speak of.
@@ -182,7 +184,7 @@ class Machine:
         elif name in _HARMLESS:
             if name in _CHANGING:
                 self._forget_first(one, tree)
-        else:
+        elif name not in self.beside.still:
             self._unknown(one, f"{tree.children[0]} is not in this file, it may move the robot")
 
     def _own_call(self, one: Statement, tree: Node, routine: Routine) -> None:
@@ -280,10 +282,10 @@ class Machine:
     def _carry(self, one: Statement) -> None:
         """Say what the robot carries where that has changed: its tool and what is gripped."""
         held = self.tool[2] if isinstance(self.tool, list) and len(self.tool) == 3 else None
-        parts = [payload_of(held), payload_of(self.grip)]
-        if parts[0] is None or parts[1] is None:
+        parts, frame = [payload_of(held), payload_of(self.grip)], tool_of(self.tool)
+        if parts[0] is None or parts[1] is None or frame is None:
             return
-        load = _both(parts[0], parts[1])
+        load = _both(parts[0], parts[1], frame)
         if load != self.load and load.mass_kg > 0.0:
             self.load = load
             self.events.append(Load(one.line, load, f"{load.mass_kg:g} kg by tooldata and loaddata"))
@@ -377,9 +379,9 @@ class Machine:
             self.note(head, f"whether this runs is not known, it is kept: {short(head.code)}")
 
 
-def _both(first: Payload, second: Payload) -> Payload:
-    """Two payloads as one."""
-    if second.mass_kg <= 0.001:  # load0, which is nothing
-        return first
-    body = first.body + second.body
+def _both(tool: Payload, part: Payload, frame: Placement) -> Payload:
+    """A tool, whose figures are in the flange's frame, and what it grips, whose figures are in the tool's, as one."""
+    if part.mass_kg <= _NOTHING_KG:
+        return tool
+    body = tool.body + part.body.placed(frame)
     return Payload(body.mass_kg, tuple(body.center_m.tolist()), body.inertia_kg_m2)

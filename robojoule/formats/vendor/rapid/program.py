@@ -10,7 +10,7 @@ from robojoule.errors import InputError
 from robojoule.formats.vendor.rapid.machine import ADDED, Machine
 from robojoule.formats.vendor.rapid.syntax import routines, statements
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
-from robojoule.formats.vendor.trace import Beside, Trace, Wish
+from robojoule.formats.vendor.trace import Beside, Note, Trace, Wish
 
 _DURATION_STEP_S = 1e-5  # of \T: num holds seven digits
 
@@ -41,7 +41,10 @@ class RapidProgram:
         machine = Machine(self.routines, self.data, beside)
         machine.run(main)
         self._machine = machine
-        return Trace(tuple(machine.events), tuple(machine.notes.values()))
+        notes = list(machine.notes.values())
+        if main.name != "MAIN" and len(self.routines) > 1:
+            notes.append(Note(main.line, f"there is no PROC main: {main.name} is planned, other procedures are kept"))
+        return Trace(tuple(machine.events), tuple(notes))
 
     def speed_edits(self, wishes: Mapping[int, Wish]) -> list[Edit]:
         """See `robojoule.formats.vendor.trace.VendorProgram`: durations are said, speeddata being speeds of tools."""

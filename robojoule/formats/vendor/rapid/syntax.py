@@ -100,11 +100,13 @@ class Routine:
         name: Its name in capitals.
         parameters: Names of its parameters in capitals.
         body: What it does, without its handlers of errors.
+        line: Line on which it begins.
     """
 
     name: str
     parameters: tuple[str, ...]
     body: list[Statement | Block]
+    line: int
 
 
 @cache
@@ -210,7 +212,7 @@ def _routine(head: Statement, body: Sequence[Statement]) -> Routine:
         str([token for token in one.children if isinstance(token, Token)][-1]).upper()
         for one in head.tree.find_data("parameter")
     ]
-    return Routine(name.upper(), tuple(parameters), blocks(body))
+    return Routine(name.upper(), tuple(parameters), blocks(body), head.line)
 
 
 _CLOSED_BY = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "test": "endtest"}

@@ -7,7 +7,7 @@ import math
 from lark import Token, Tree
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.lines import Line, Node, short
+from robojoule.formats.vendor.lines import Line, Node, first_word, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
@@ -129,7 +129,7 @@ class Machine:
             self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
 
     def _not_understood(self, line: Line) -> None:
-        word = line.code.split("(")[0].split()[0]
+        word = first_word(line.code)
         if word in MOTIONS or word in STREAMS:
             self._unknown(line, f"the motion is not understood: {short(line.code)}")
         else:
@@ -187,7 +187,7 @@ class Machine:
         elif name == "popup":
             self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
         elif name in STREAMS:
-            self._unknown(line, f"plans do not reach {name}()")
+            self._unknown(line, f"{name}() is a stream, not a planned motion")
         elif not name.startswith(HARMLESS):
             self._unknown(line, f"{name}() is not in this file, it may move the robot")
 
