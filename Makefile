@@ -64,6 +64,13 @@ lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff format --check .
 	$(IN_VENV) $(PY) -m mypy
 
+# A downloaded archive has no Git: DVC is told so once.
+ifeq ($(wildcard .git),)
+repro compare flow study up: .dvc/config.local
+.dvc/config.local:
+	@printf '[core]\n    no_scm = true\n' > $@
+endif
+
 # The stamp names the folder: a checkout that was moved gets a new environment, as scripts in .venv/bin hold its path.
 ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import threading
 import time
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +23,7 @@ from threadpoolctl import threadpool_limits
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
+from reproduction.pools import end_with_parent
 from robojoule.documents import parse
 from robojoule.errors import InputError, RobojouleError
 
@@ -62,18 +62,7 @@ def task_runner(name: str, workers: int = 1, address: str | None = None) -> Task
         raise InputError(f"the task runner '{name}' works on this machine", key="address", allowed="dask or ray")
     if name == "threads":
         return ThreadPoolTaskRunner(max_workers=workers)
-    return ProcessPoolTaskRunner(max_workers=workers, initializer=_end_with, initargs=(os.getpid(),))
-
-
-def _end_with(parent: int) -> None:
-    """End this worker when the process that started it is gone, even if that was killed."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+    return ProcessPoolTaskRunner(max_workers=workers, initializer=end_with_parent, initargs=(os.getpid(),))
 
 
 @task(cache_policy=NO_CACHE, persist_result=False)

@@ -34,6 +34,10 @@ SpeedLimits = Annotated[list[Percent], Field(min_length=5), AfterValidator(_risi
 Budget = Annotated[tuple[float, float], AfterValidator(_ordered)]
 
 
+REFERENCE_ROBOT = "kuka_kr16_r2010_2"
+"""The thesis's robot: what it says is judged on this one alone."""
+
+
 class RobotParams(Document):
     """Which robot carries what."""
 
@@ -43,6 +47,15 @@ class RobotParams(Document):
     payload_inertia_kg_m2: tuple[float, float, float, float, float, float] | None = Field(
         default=None, description="xx, yy, zz, xy, xz, yz about the centre of mass; an aluminium sphere if not given."
     )
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether it is the thesis's robot."""
+        return self.name == REFERENCE_ROBOT
+
+    def carries(self, payload_kg: float) -> bool:
+        """Whether the arm is rated for a payload. [kg]"""
+        return payload_kg <= load_robot_file(self.name).rated_payload_kg
 
     def robot(self, payload_kg: float | None = None) -> Robot:
         """The robot with its payload, or with another mass of the same shape in the same place. [kg]"""
@@ -126,7 +139,9 @@ class EvaluatePlansParams(Document):
     three_segment: ThreeSegmentParams
     predicted_speed_limits: int = Field(ge=10, description="Speed limits at which a profile is predicted.")
     dense_speed_limits: int = Field(ge=90, description="Speed limits of the densely simulated profile.")
-    payload_sensitivity_kg: list[Annotated[float, Field(ge=0)]]
+    payload_sensitivity_kg: list[Annotated[float, Field(ge=0)]] = Field(
+        description="Payloads that are compared; those above the robot's rating are left out. [kg]"
+    )
 
     @model_validator(mode="after")
     def _no_repetition(self) -> EvaluatePlansParams:
@@ -164,10 +179,7 @@ class Params(Document):
                 key="robot.name",
                 allowed=", ".join(list_robots()),
             )
-        file = load_robot_file(self.robot.name)
-        file.check_payload(self.robot.payload_kg, key="robot.payload_kg")
-        for payload in self.evaluate_plans.payload_sensitivity_kg:
-            file.check_payload(payload, key="evaluate_plans.payload_sensitivity_kg")
+        load_robot_file(self.robot.name).check_payload(self.robot.payload_kg, key="robot.payload_kg")
         return self
 
 

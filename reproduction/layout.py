@@ -43,11 +43,13 @@ class Layout:
     predictor_claims = _Below("reports/claims/predictors.csv")  # claims about predictors (thesis chapter 5)
     metrics_dir = _Below("reports/metrics")  # metrics of single stages (JSON), merged into `metrics`
     metrics = _Below("reports/metrics.json")  # headline figures of the whole pipeline
+    headline = _Below("reports/headline.json")  # the few of them by which runs are compared
     report = _Below("reports/index.html")  # the HTML report
     study_tables_dir = _Below("studies/tables")  # result tables of the studies (CSV)
     study_data_dir = _Below("studies/data")  # every single plan, error and prediction of the studies (Parquet)
 
     desk_dir = _Below(".desk")  # stores, logs and process files of the servers; nothing in it is a result
+    scratch_dir = _Below(".desk/scratch")  # finished parts of stages that were killed
 
     @property
     def mlflow_store(self) -> Path:

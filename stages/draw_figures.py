@@ -6,7 +6,7 @@ from reproduction.config import Params, load_params
 from reproduction.layout import Layout
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.report.gallery import draw_all, write_pictures
-from reproduction.report.merge import merged_metrics
+from reproduction.report.merge import headline, merged_metrics
 from reproduction.report.page import report_html
 from reproduction.report.results import Results
 from robojoule.documents import write_document, write_text
@@ -29,6 +29,7 @@ def draw_figures(params: Params, layout: Layout) -> None:
     # Nothing is written before everything is drawn: a missing result leaves the last report as it was.
     write_pictures(pictures, layout.figures_dir)
     write_document(layout.metrics, metrics)
+    write_document(layout.headline, headline(metrics))
     write_text(layout.report, page)
 
 

@@ -23,9 +23,8 @@ def evaluate_plans(params: Params, layout: Layout) -> None:
     write_parquet(layout.plans, plans_table(found, data.batch))
     for name, rows in (result_tables(found) | {"payload_sensitivity": payloads}).items():
         write_csv(layout.tables_dir / f"{name}.csv", rows)
-    write_claims(
-        layout.tables_dir / "claims.csv", claims + plan_claims(found, data.batch, settings.krc_slowest_percent / 100.0)
-    )
+    claims += plan_claims(found, data.batch, settings.krc_slowest_percent / 100.0)
+    write_claims(layout.tables_dir / "claims.csv", claims if params.robot.is_reference else [])
     write_document(layout.metrics_dir / "plans.json", metrics(found))
 
 

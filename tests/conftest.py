@@ -41,6 +41,7 @@ COPIED = (
     *(".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "reports/.gitignore"),
     *(f"{folder}/{name}" for folder in ("data", "models") for name in (".gitignore", "README.md")),
     *("dvc.yaml", "versions.yaml", "prefect.yaml", "pyproject.toml", "desk.env", "studies/dvc.lock"),
+    *("studies/dvc.yaml", "studies/params.yaml"),
 )
 
 TOY_PARAMS = {

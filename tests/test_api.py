@@ -9,9 +9,8 @@ from pyarrow import csv
 
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.formats.program import Program
+from robojoule.formats.program import WAIT_STEP_S, Program
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree

@@ -15,7 +15,10 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 # Carries or records values but makes none, so no stage has to run again when it changes (dvc.yaml says so too): modules
 # outside of a room, the command line of the stages, the record in MLflow.
 PLUMBING = {
-    *(f"reproduction/{name}.py" for name in ("__init__", "claims", "config", "layout", "settings", "tables")),
+    *(
+        f"reproduction/{name}.py"
+        for name in ("__init__", "claims", "config", "layout", "pools", "scratch", "settings", "tables")
+    ),
     *("reproduction/study/config.py", "reproduction/tracking"),
     *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
     *("stages/__init__.py", "stages/cli.py"),

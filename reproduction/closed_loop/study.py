@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from reproduction.closed_loop.machines import hidden_machines
 from reproduction.closed_loop.trials import TreeOfMachine, Trial
+from reproduction.pools import worker_pool
 from reproduction.study.cases import generate_trees
 from reproduction.study.config import CloseTheLoopParams, StudyMotionsParams
 from reproduction.tables import Row
@@ -45,7 +44,7 @@ def closed_loop_cases(
     ]
     rows: list[Row] = []
     workers = min(os.cpu_count() or 1, len(tasks))
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with worker_pool(workers) as pool:
         for found in pool.map(_of_tree, tasks):
             rows += found
             progress(f"{found[0]['machine']}, tree {found[0]['tree']}")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 from threadpoolctl import threadpool_limits
 
@@ -30,6 +28,7 @@ from reproduction.methods.method import Method, Variant
 from reproduction.methods.optimum import Optimum
 from reproduction.methods.registry import METHODS, Knowledge
 from reproduction.methods.unoptimized import Unoptimized
+from reproduction.pools import worker_pool
 from reproduction.tables import Row
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import OperationTree
@@ -54,9 +53,11 @@ def evaluate(
     Returns:
         The experiment's results, and the rows of the sensitivity to the payload.
     """
-    others = [payload for payload in settings.payload_sensitivity_kg if payload != robot.payload_kg]
-    # Spawned, not forked: a copy of a process with threads may hang.
-    with threadpool_limits(1), ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    compared = [payload for payload in settings.payload_sensitivity_kg if robot.carries(payload)]
+    if left_out := [f"{payload:g} kg" for payload in settings.payload_sensitivity_kg if payload not in compared]:
+        progress(f"{robot.name} is not rated for {', '.join(left_out)}: left out of the sensitivity to the payload")
+    others = [payload for payload in compared if payload != robot.payload_kg]
+    with threadpool_limits(1), worker_pool(1) as pool:
         slowest = data.batch.slowest_speed_limit
         jobs = {
             payload: pool.submit(_with_payload, robot, settings, data.batch.trees, slowest, payload, progress)
@@ -66,7 +67,7 @@ def evaluate(
         found = _results(data.batch, data.complexities, settings, outcomes)
         payloads = [
             row
-            for payload in settings.payload_sensitivity_kg
+            for payload in compared
             for row in (jobs[payload].result() if payload in jobs else payload_rows(found, payload))
         ]
     return found, payloads

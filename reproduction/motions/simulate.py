@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +23,10 @@ from reproduction.motions.tables import (
     runs_table,
     write_samples,
 )
+from reproduction.pools import worker_pool
+from reproduction.scratch import replace_folder, scratch_folder
 from reproduction.tables import column_names, read_table
+from robojoule.documents import atomic_path
 from robojoule.errors import InputError
 from robojoule.motion.simulation import Engines, MotionPaths
 from robojoule.motion.time_laws import installed_ruckig
@@ -82,56 +85,124 @@ def read_motions(trees: Path, joints: int) -> MotionTable:
     return motions_of_trees(table)
 
 
-def simulate_shards(
-    robot: RobotParams,
-    settings: SimulateMotionsParams,
-    motions: MotionTable,
-    samples_dir: Path,
-    progress: Callable[[str], None],
-) -> SimulatedTables:
-    """Simulate motions at every speed limit; the time series of each shard go to a file.
+@dataclass(frozen=True)
+class Shard:
+    """Some of the motions, simulated by whoever sees its folder: the files of a shard appear whole, the last one last.
+
+    Attributes:
+        number: Its number, from 0.
+        robot: Which robot carries what.
+        settings: Speed limits and sample rate.
+        engines: What computes torques and time laws.
+        motions: Its motions.
+        folder: Where its files are.
+    """
+
+    number: int
+    robot: RobotParams
+    settings: SimulateMotionsParams
+    engines: Engines
+    motions: MotionTable
+    folder: Path
+
+    @property
+    def samples(self) -> Path:
+        """Time series of its runs."""
+        return self.folder / f"part-{self.number:04d}.parquet"
+
+    def table(self, name: str) -> Path:
+        """One of its `SimulatedTables`."""
+        return self.folder / f"{name}-{self.number:04d}.arrow"
+
+    @property
+    def is_made(self) -> bool:
+        """Whether its files are there."""
+        return all(path.exists() for path in (self.samples, *map(self.table, SimulatedTables._fields)))
+
+    def make(self) -> None:
+        """Simulate it, unless that is done.
+
+        Raises:
+            InputError: Its files cannot be written.
+        """
+        if self.is_made:
+            return
+        speed_limits = np.asarray(self.settings.speed_limits_percent) / 100.0
+        ids = self.motions.motion_id
+        with threadpool_limits(1):  # one process per processor: threads inside would only compete
+            paths = MotionPaths(self.robot.robot(), self.motions.start_rad, self.motions.end_rad, engines=self.engines)
+            runs = paths.simulate(speed_limits)
+            write_samples(self.samples, ids, paths, speed_limits, self.settings.sample_rate_hz)
+            tables = SimulatedTables(motions_table(self.motions, paths), runs_table(ids, runs), paths_table(ids, paths))
+        for name, table in tables._asdict().items():
+            with (
+                atomic_path(self.table(name)) as temporary,
+                pa.OSFile(str(temporary), "wb") as file,
+                pa.ipc.new_file(file, table.schema) as writer,
+            ):
+                writer.write_table(table)
+
+    def tables(self) -> SimulatedTables:
+        """What it wrote."""
+        return SimulatedTables(*(_arrow(self.table(name)) for name in SimulatedTables._fields))
+
+
+def _arrow(path: Path) -> pa.Table:
+    with pa.OSFile(str(path)) as file, pa.ipc.open_file(file) as reader:
+        return reader.read_all()
+
+
+def planned_shards(
+    robot: RobotParams, settings: SimulateMotionsParams, motions: MotionTable, scratch: Path
+) -> list[Shard]:
+    """The shards of some motions; those that an earlier run made with the same code and parameters are there.
 
     Args:
         robot: Which robot carries what.
         settings: Speed limits, sample rate, size of a shard.
         motions: The motions.
-        samples_dir: Folder of the time series; shards of an earlier run are removed.
+        scratch: Folder of unfinished runs of the stage.
+
+    Raises:
+        InputError: The package of an engine is not there, or nothing can be written.
+    """
+    engines = installed_engines(settings)
+    params = {"robot": robot.model_dump(mode="json"), "settings": settings.model_dump(mode="json")}
+    columns = (motions.motion_id, motions.order, motions.start_rad, motions.end_rad)
+    inputs = [np.ascontiguousarray(column).tobytes() for column in columns]
+    words = json.dumps([motions.tree_id, motions.split]).encode()
+    folder = scratch_folder(scratch, params, [*inputs, words])
+    size = settings.shard_motions
+    return [
+        Shard(number, robot, settings, engines, motions.rows(slice(first, first + size)), folder)
+        for number, first in enumerate(range(0, len(motions.motion_id), size))
+    ]
+
+
+def simulate_shards(shards: Sequence[Shard], samples_dir: Path, progress: Callable[[str], None]) -> SimulatedTables:
+    """Simulate the shards that are not made yet, on all processors, and put their time series in place.
+
+    Args:
+        shards: All shards of the motions.
+        samples_dir: Folder of the time series; one of an earlier run goes when the new one is complete.
         progress: Called with a line of text after each shard.
 
     Raises:
-        InputError: The package of an engine is not there.
+        InputError: Something cannot be written.
     """
-    engines = installed_engines(settings)
-    shards = range(0, len(motions.motion_id), settings.shard_motions)
-    samples_dir.mkdir(parents=True, exist_ok=True)
-    for stale in samples_dir.glob("part-*.parquet"):
-        stale.unlink()
-    work = partial(_simulate_shard, robot, settings, engines, motions, samples_dir)
-    workers = min(os.cpu_count() or 1, len(shards))
-    parts: list[SimulatedTables] = []
-    # Spawned, not forked: a copy of a process with threads may hang.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        for number, part in enumerate(pool.map(work, shards), start=1):
-            parts.append(part)
-            progress(f"shard {number} of {len(shards)}")
-    return SimulatedTables(*(pa.concat_tables(tables) for tables in zip(*parts, strict=True)))
+    missing = [shard for shard in shards if not shard.is_made]
+    if len(missing) < len(shards):
+        progress(f"{len(shards) - len(missing)} of {len(shards)} shards are there already")
+    if missing:
+        with worker_pool(min(os.cpu_count() or 1, len(missing))) as pool:
+            for number, _ in enumerate(pool.map(Shard.make, missing), start=1):
+                progress(f"shard {number} of {len(missing)}")
+    found = SimulatedTables(*map(pa.concat_tables, zip(*(shard.tables() for shard in shards), strict=True)))
+    replace_folder(samples_dir, {shard.samples.name: shard.samples for shard in shards})
+    return found
 
 
-def _simulate_shard(
-    robot: RobotParams,
-    settings: SimulateMotionsParams,
-    engines: Engines,
-    motions: MotionTable,
-    samples_dir: Path,
-    first: int,
-) -> SimulatedTables:
-    part = motions.rows(slice(first, first + settings.shard_motions))
-    speed_limits = np.asarray(settings.speed_limits_percent) / 100.0
-    with threadpool_limits(1):  # one process per processor: threads inside would only compete
-        paths = MotionPaths(robot.robot(), part.start_rad, part.end_rad, engines=engines)
-        runs = paths.simulate(speed_limits)
-        target = samples_dir / f"part-{first // settings.shard_motions:04d}.parquet"
-        write_samples(target, part.motion_id, paths, speed_limits, settings.sample_rate_hz)
-        return SimulatedTables(
-            motions_table(part, paths), runs_table(part.motion_id, runs), paths_table(part.motion_id, paths)
-        )
+def forget(shards: Sequence[Shard]) -> None:
+    """Remove what was kept of shards, now that the outputs made of them are written."""
+    for folder in {shard.folder for shard in shards}:
+        shutil.rmtree(folder, ignore_errors=True)

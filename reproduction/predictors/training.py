@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from reproduction.config import TrainPredictorsParams
+from reproduction.pools import worker_pool
 from reproduction.predictors.array_predictor import Predictor
 from reproduction.predictors.conversion import to_arrays
 from reproduction.predictors.estimators import MODELS, fit, make_estimator
@@ -93,8 +92,7 @@ def fit_models(settings: TrainPredictorsParams, features: pa.Table) -> list[Trai
     inputs = input_names(joint_count(features.column_names))
     training = features.filter(pa.compute.equal(features["split"], "train"))
     frame, targets = training.select(inputs).to_pandas(), columns(training, TARGETS)
-    # Spawned, not forked: a copy of a process with threads may hang.
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    with worker_pool(1) as pool:
         network = pool.submit(_fit, "neural_network", settings, frame, targets)
         fitted = {"random_forest": _fit("random_forest", settings, frame, targets), "neural_network": network.result()}
     return [

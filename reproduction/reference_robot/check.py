@@ -6,6 +6,8 @@ from reproduction.claims import verdict
 from reproduction.reference_robot.setup import fit_setup
 from reproduction.tables import Row
 
+FIGURE_COLUMNS = ("figure", "published", "low", "high", "robojoule", "fitted", "held")
+
 
 def energy_model_rows(metrics: dict[str, float]) -> list[Row]:
     """The published figures, one row each: figure, published, bounds, robojoule, fitted or not, held or not."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from robojoule.documents import read_document
@@ -25,3 +26,30 @@ def merged_metrics(metrics_dir: Path) -> dict[str, Any]:
             if not isinstance(merged[group], dict):
                 raise InputError("metrics must be one JSON object", file=path)
     return merged
+
+
+HEADLINES = {"krc": "krc_polynomial", "thesis": "predicted_three_segment", "plan": "robojoule_predicted"}
+
+
+def headline(metrics: dict[str, Any]) -> dict[str, float]:
+    """The few figures by which runs are compared at a glance: `dvc metrics show` fits them on a screen.
+
+    Args:
+        metrics: Merged metrics.
+
+    Returns:
+        Median relative error of the forest's energy saving; gaps to the optimum of the KRC's polynomial profiles, the
+        thesis's predicted profiles and robojoule's; what the last save. Plans are means over the cycle times. All in
+        percent; figures of which the metrics know nothing are left out.
+    """
+    found: dict[str, float] = {}
+    forest = metrics.get("predictors", {}).get("energy_saving_j", {}).get("random_forest", {})
+    if "rel_p50_percent" in forest:
+        found["forest_error_percent"] = forest["rel_p50_percent"]
+    for name, method in HEADLINES.items():
+        plans = [one for one in metrics.get("plans", {}).get(method, {}).values() if isinstance(one, dict)]
+        if plans:
+            found[f"{name}_gap_percent"] = fmean(one["gap_to_optimum_percent"] for one in plans)
+            found[f"{name}_saving_percent"] = fmean(one["saving_percent"] for one in plans)
+    kept = ("forest_error_percent", *(f"{name}_gap_percent" for name in HEADLINES), "plan_saving_percent")
+    return {name: round(found[name], 3) for name in kept if name in found}

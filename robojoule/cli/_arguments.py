@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
     from robojoule.formats.vendor.trace import Beside
+    from robojoule.planning.plan import Plan
     from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
@@ -24,11 +25,12 @@ if TYPE_CHECKING:
 _MOST_DIGITS = 10
 
 
-def add_program(parser: argparse.ArgumentParser) -> None:
+def add_program(parser: argparse.ArgumentParser, *, needed: bool = True) -> None:
     """Add the program."""
     parser.add_argument(
         "program",
         type=Path,
+        nargs=None if needed else "?",
         metavar="PROGRAM",
         help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
     )
@@ -61,13 +63,21 @@ def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
     )
 
 
-def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]:
-    """The program that the arguments name, as the robot executes it that they name, too."""
+@overload
+def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]: ...
+@overload
+def program_and_robot_of(arguments: argparse.Namespace, *, needs_robot: bool) -> tuple[Program, Robot | None]: ...
+def program_and_robot_of(
+    arguments: argparse.Namespace, *, needs_robot: bool = True
+) -> tuple[Program, Robot] | tuple[Program, Robot | None]:
+    """The program that the arguments name, as the robot executes it that they or it name; none only if not needed."""
     from robojoule.formats.program import load_program
 
     program = load_program(arguments.program, beside=_beside_of(arguments))
     if arguments.angles is not None:
         program = program.counted_as(arguments.angles)
+    if not needs_robot and arguments.robot is None and program.robot is None:
+        return program, None
     robot = robot_of(arguments, program)
     return program.for_robot(robot), robot
 
@@ -143,14 +153,16 @@ def add_measurements(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
 
 
-def add_runs(parser: argparse.ArgumentParser) -> None:
-    """Add measured runs and caution."""
+def add_runs(parser: argparse.ArgumentParser, *, with_caution: bool = True) -> None:
+    """Add measured runs, and caution."""
     parser.add_argument(
         "--runs",
         metavar="FILE",
         help="measured runs of the moves: CSV or Parquet with move, speed_limit_percent, duration_s and, if known, "
         "energy_j",
     )
+    if not with_caution:
+        return
     parser.add_argument(
         "--cautious",
         action="store_true",
@@ -212,6 +224,19 @@ def operation_of(arguments: argparse.Namespace) -> Operation:
         price_per_kwh=arguments.price,
         co2_g_per_kwh=arguments.co2,
     )
+
+
+def save_plan(plan: Plan, path: Path, robot: Robot) -> tuple[str, ...]:
+    """Write a program with its plan, in another format if the suffix names one, and say what that cannot say."""
+    from robojoule.formats.conversion import converted
+    from robojoule.formats.registry import format_of
+    from robojoule.formats.vendor.files import VendorFiles
+
+    found = format_of(path)
+    if isinstance(found, VendorFiles) and found.name != plan.program.format:
+        return converted(plan.program, path, robot).lost
+    plan.save(path)
+    return ()
 
 
 def add_diff(parser: argparse.ArgumentParser) -> None:

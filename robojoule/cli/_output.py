@@ -28,7 +28,7 @@ def show_moves(result: dict[str, Any]) -> None:
             f"{move['name']:{width}}  {move['speed_limit_percent']:15.2f}  {move['duration_s']:12.4f}  "
             f"{move['wait_before_s']:15.4f}  {move['wait_after_s']:14.4f}  {move['energy_j']:10.1f}"
         )
-    for note in result.get("notes", ()):
+    for note in result.get("program_notes", ()):
         print(f"note: {note}")
     for warning in result["warnings"]:
         print(f"warning: {warning}")

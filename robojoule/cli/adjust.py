@@ -15,6 +15,7 @@ from robojoule.cli._arguments import (
     check_outputs,
     number,
     program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli.optimize import show
@@ -28,14 +29,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot(parser, named_by_program=True)
     parser.add_argument("--measured-cycle", type=number, metavar="S", help="what the cycle took on the machine [s]")
     parser.add_argument(
-        "--cycle-time", metavar="T", help="cycle time asked for [s] (default: the plan's own by the robot's file)"
+        "--cycle-time",
+        metavar="T",
+        help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_measurements(parser)
     add_bounds(parser)
@@ -57,7 +60,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         measured_cycle=arguments.measured_cycle,
         **wishes_of(arguments),
     )
-    if arguments.out is not None:
-        plan.save(arguments.out)
-    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

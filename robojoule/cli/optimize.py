@@ -20,6 +20,7 @@ from robojoule.cli._arguments import (
     number,
     operation_of,
     program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli._models import model_folder
@@ -50,9 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_slowest(parser)
     add_measurements(parser)
@@ -90,13 +91,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             **wishes_of(arguments),
         )
     page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
-    if arguments.out is not None:
-        plan.save(arguments.out)
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
     if page is not None:
         page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
-    told = {"notes": list(program.notes)} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 

@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     program, robot = program_and_robot_of(arguments)
     cycle = simulate(program, robot)
     head = {"program": program.name, "robot": robot.name, "payload_kg": float(robot.payload.mass_kg)}
-    return {**head, **cycle.to_dict(), "notes": list(program.notes)}
+    return {**head, **cycle.to_dict(), "program_notes": list(program.notes)}
 
 
 def show(result: dict[str, Any]) -> None:

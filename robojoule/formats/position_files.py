@@ -50,6 +50,7 @@ class PositionFiles:
 
     name = "joint positions"
     suffixes: tuple[str, ...] = (".csv",)
+    speed_step_percent = 1.0
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
-from robojoule.formats.registry import format_of
+from robojoule.formats.registry import FORMATS, format_of
 from robojoule.formats.tree_files import TreeFiles
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.formats.vendor.source import VendorSource
@@ -21,6 +21,8 @@ from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
+
+WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,11 @@ class Program:
         """Whether its angles are those of the robot's model or as the pendant shows them."""
         return self.tree.angles
 
+    @property
+    def speed_step_percent(self) -> float:
+        """Step of speed limits that controllers of its format take; whole percents without a file. [%]"""
+        return next((one.speed_step_percent for one in FORMATS if one.name == self.format), 1.0)
+
     def counted_as(self, angles: str) -> Program:
         """The program with the same numbers, taken as angles of the model or of the pendant.
 
@@ -111,6 +118,15 @@ class Program:
 
     def _resolved(self, source: VendorSource) -> Program:
         return _program(source, self.path, self.format)
+
+    @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return WAIT_STEP_S if self.source is None else self.source.wait_step_s
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """A tree of the program's moves with its added waits where the program's language can say them."""
+        return tree if self.source is None else self.source.placed(tree)
 
     @property
     def notes(self) -> tuple[str, ...]:

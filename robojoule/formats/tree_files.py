@@ -43,6 +43,7 @@ class TreeFiles:
 
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
+    speed_step_percent = 1.0
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""
@@ -136,7 +137,7 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         return {f"{stem}_deg" if k == radians else k: next(pending) if k == radians else v for k, v in data.items()}
 
     data = in_unit(tree.model_dump(mode="json"), "start")
-    for key in ("robot", "angles"):
+    for key in ("robot", "angles", "planned_cycle_s"):
         if data[key] == OperationTree.model_fields[key].default:
             del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}

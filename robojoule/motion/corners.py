@@ -7,7 +7,7 @@ speed all along. In a corner of half length h the slope turns from that of one l
     dq/dx = A (1 - f(u)) + B f(u) ,    f(u) = 3 u^2 - 2 u^3 ,    u from 0 to 1 over 2 h ,
 
 so the path leaves one leg h before the point and meets the next one h behind it, slope and curvature are continuous,
-and no joint is faster than on the faster one of both legs.
+no joint exceeding its speed on the faster leg.
 
 h is the largest length for which all of the corner keeps within the zone:
 

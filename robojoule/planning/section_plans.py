@@ -47,8 +47,8 @@ def unknown_places(program: Program) -> str:
 
 
 def section_programs(program: Program) -> tuple[Program, ...]:
-    """The sections of a program as programs of their own, without their files."""
-    return tuple(Program(section, program.path, program.format) for section in sections_of(program.tree))
+    """The sections of a program as programs of their own."""
+    return tuple(replace(program, tree=section) for section in sections_of(program.tree))
 
 
 def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[Program], Plan]) -> Plan:
@@ -99,7 +99,7 @@ def joined_runs(runs: Sequence[CycleRun]) -> CycleRun:
 
 
 def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan]) -> tuple[str, ...]:
-    """What to know about all sections, each sentence once; that a section does not close is no news."""
+    """What to know about all sections, each sentence once; that a section does not close goes without saying."""
     known = dict.fromkeys(text for part in parts for text in part.warnings if text != OPEN_CYCLE)
     where, sections = unknown_places(program), counted(len(parts), "section")
     return (*known, f"time and energy are those of {sections}: how long {where} takes is not known")

@@ -104,7 +104,11 @@ def cautious_energies(profiles: MeasuredProfiles) -> Array:
 
 
 def saving_interval(
-    profiles: MeasuredProfiles, places: Index, given: Array, waits_s: tuple[Array, Array], others_j: float
+    profiles: MeasuredProfiles,
+    places: Index,
+    given: Array,
+    waits_s: tuple[Array, Array],
+    others_j: tuple[float, float],
 ) -> tuple[float, float, float]:
     """Saving of a plan against the program as given, and the ends of the interval that holds it with 90 %. [%]
 
@@ -112,13 +116,14 @@ def saving_interval(
         profiles: Profiles of the motions.
         places: Speed limits of the plan, shape (M,).
         given: Those of the program as given, shape (M,).
-        waits_s: Waits of the plan and of the program as given at starts and ends of motions, each (M, 2). [s]
-        others_j: Energy of process steps. [J]
+        waits_s: Waits of the plan and of the program as given at starts and ends of motions, in which motors hold, each
+            of shape (M, 2). [s]
+        others_j: Energy of process steps and of other waits, of both. [J]
     """
     rows = np.arange(len(places))
     energies, gradients, singles = [], [], []
-    for at, waits in ((places, waits_s[0]), (given, waits_s[1])):
-        energies.append(float(profiles.energy_j[rows, at].sum() + (profiles.idle_w * waits).sum() + others_j))
+    for at, waits, other_j in zip((places, given), waits_s, others_j, strict=True):
+        energies.append(float(profiles.energy_j[rows, at].sum() + (profiles.idle_w * waits).sum() + other_j))
         along = profiles.energy_gradient_j[rows, at].sum(axis=0)
         gradients.append(along + np.einsum("me,mep->p", waits, profiles.idle_gradient_w))
         singles.append(profiles.energy_deviation_j[rows, at])

@@ -12,7 +12,6 @@ from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
-WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 _SAME_STEP = 1e-5  # of a step: rounding
 _SAME_S = 1e-14  # what sums leave of a wait that has few digits
 ROUNDING_S = 1e-12  # below: what is left of sums and differences of times

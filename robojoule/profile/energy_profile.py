@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any
 
@@ -28,18 +28,26 @@ LEAST_TRAVEL_RAD = 1e-9  # below: what rounding of degrees leaves of no motion
 class EnergyProfile:
     """Energy of one motion over its duration: S distinct runs, the slowest first.
 
+    Predicted and measured profiles have an interval, and do not say where the energy goes.
+
     Attributes:
         robot: Name of the robot.
         payload_kg: What it carries. [kg]
         speed_limits: Lowest speed limit that gives each run, shape (S,), fractions in (0, 1].
         durations_s: Shape (S,), falling. [s]
         energies_j: Shape (S,). [J]
-        parts_j: Parts of the energies by name (see `PARTS`), each of shape (S,); they add up to the energies. [J]
+        parts_j: Parts of the energies by name (see `PARTS`), each of shape (S,); they add up to the energies. None but
+            for simulated profiles. [J]
         peak_torque_ratio: Largest joint torque over its peak limit in all runs. [-]
         rms_torque_ratio: Largest root mean square of a joint torque over a run, over its continuous limit. [-]
         idle_power_start_w: Power of the robot that stands at the start. [W]
         idle_power_end_w: Power of the robot that stands at the end. [W]
         doubts: What is implausible about the robot, a sentence each.
+        profiles: Where durations and energies come from: simulated, predicted or measured.
+        low_j: Lower end of the interval that holds an energy with 90 %, shape (S,); None for simulated profiles. [J]
+        high_j: Its upper end. [J]
+        measured_speed_limits: Those at which the motion was measured, rising. [-]
+        rule: The controller's rule that the runs show, if there are any.
     """
 
     robot: str
@@ -53,6 +61,11 @@ class EnergyProfile:
     idle_power_start_w: float
     idle_power_end_w: float
     doubts: tuple[str, ...] = ()
+    profiles: str = "simulated"
+    low_j: Array | None = None
+    high_j: Array | None = None
+    measured_speed_limits: Array = field(default_factory=lambda: frozen(np.zeros(0)))
+    rule: str | None = None
 
     def __repr__(self) -> str:
         return (
@@ -104,6 +117,11 @@ class EnergyProfile:
             "rms_torque_ratio": self.rms_torque_ratio,
             "idle_power_start_w": self.idle_power_start_w,
             "idle_power_end_w": self.idle_power_end_w,
+            "profiles": self.profiles,
+            "energy_low_j": None if self.low_j is None else self.low_j.tolist(),
+            "energy_high_j": None if self.high_j is None else self.high_j.tolist(),
+            "measured_speed_limit_percent": (100.0 * self.measured_speed_limits).round(6).tolist(),
+            "rule": self.rule,
             "warnings": list(self.warnings),
         }
 

@@ -216,6 +216,9 @@ class OperationTree(Document):
     angles: Angles = Field(
         default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
     )
+    planned_cycle_s: Annotated[Number, Field(gt=0, le=LONGEST_S)] | None = Field(
+        default=None, description="Cycle time that the plan in it was made for, which plans write; none: no plan. [s]"
+    )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
 
@@ -270,6 +273,11 @@ class OperationTree(Document):
     def moves(self) -> tuple[MoveOperation, ...]:
         """Moves in order of execution."""
         return tuple(operation for operation in self.atomic() if isinstance(operation, MoveOperation))
+
+    @property
+    def added_waits_s(self) -> float:
+        """Sum of the waits that a plan has added. [s]"""
+        return sum(move.added_wait_before_s + move.added_wait_after_s for move in self.moves())
 
     def configurations_rad(self) -> Array:
         """Joint configurations from the start on: (moves + 1, joints). [rad]

@@ -89,7 +89,7 @@ MOVE_KEYS = (
     "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, speed_limit_percent, target_deg, "
     "target_rad, type, wait_after_s, wait_before_s, zone"
 )
-ROOT_KEYS = "angles, format, name, operations, robot, start_deg, start_rad, version"
+ROOT_KEYS = "angles, format, name, operations, planned_cycle_s, robot, start_deg, start_rad, version"
 
 # id: change, message after the file name, whether the JSON Schema can see it
 BAD = {

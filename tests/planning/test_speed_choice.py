@@ -54,7 +54,7 @@ def test_caution_counts_differences_to_full_speed_only(profiles):
 def test_a_plan_that_is_the_program_as_given_saves_nothing_for_sure(profiles):
     given = np.full(5, 4)
     waits = np.zeros((5, 2))
-    saving, low, high = saving_interval(profiles, given, given, (waits, waits), 0.0)
+    saving, low, high = saving_interval(profiles, given, given, (waits, waits), (0.0, 0.0))
     assert saving == pytest.approx(0.0, abs=1e-9)
     unexplained = np.hypot(0.5, 0.5 * 100.0 * profiles.held_out_error)  # by no figure of the model
     assert high - low == pytest.approx(2.0 * 1.6449 * unexplained, rel=1e-3)

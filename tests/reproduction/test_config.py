@@ -31,11 +31,6 @@ BAD = {
         17,
         "robot.payload_kg: a payload of 17 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg",
     ),
-    "sensitivity above the rated payload": (
-        ("evaluate_plans", "payload_sensitivity_kg"),
-        [0, 25],
-        "evaluate_plans.payload_sensitivity_kg: a payload of 25 kg .*; allowed: 0 to 16 kg",
-    ),
     "negative payload": (("robot", "payload_kg"), -1, "robot.payload_kg: .*greater than or equal to 0"),
     "test share": (("generate_trees", "test_fraction"), 1.5, "generate_trees.test_fraction: .*less than 1"),
     "budgets swapped": (

@@ -1,5 +1,6 @@
 """The stage that simulates: files of the contract, same bytes each time, clear errors."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -13,10 +14,12 @@ import yaml
 
 from reproduction.config import Params
 from reproduction.layout import Layout
+from reproduction.motions.simulate import planned_shards, read_motions
 from robojoule.errors import InputError
 from stages.generate_trees import generate_trees
 from stages.simulate_motions import simulate_motions
 from tests.cli.test_missing_packages import WITHOUT
+from tests.conftest import wait_for
 
 ROOT = Path(__file__).parents[2]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
@@ -145,3 +148,66 @@ def test_own_engines_need_no_package_and_agree(done, tmp_path):
     for name in ("duration_s", "energy_j"):
         assert own[name].to_numpy() == pytest.approx(expected[name].to_numpy(), rel=1e-9)
     assert not np.array_equal(own["energy_j"].to_numpy(), expected["energy_j"].to_numpy())
+
+
+def test_finished_shards_of_a_run_that_was_killed_are_not_made_again(done, tmp_path, capfd):
+    """What such a run leaves: a shard, half of another, the results of the run before (tests/chaos kills real ones)."""
+    params, layout = done
+    again = Layout(tmp_path)
+    generate_trees(params, again)
+    again.samples_dir.mkdir(parents=True)
+    (again.samples_dir / "part-0099.parquet").write_bytes(b"of the run before")
+    made = again.scratch_dir / "simulate_motions"
+    shards = planned_shards(params.robot, params.simulate_motions, read_motions(again.trees, 6), made)
+    shards[1].make()
+    shards[2].make()
+    shards[2].table("paths").rename(shards[2].folder / ".begun.arrow")
+    written = shards[1].samples.stat().st_mtime_ns
+    shards[1].make()
+    assert shards[1].samples.stat().st_mtime_ns == written
+    assert [path.name for path in again.samples_dir.iterdir()] == ["part-0099.parquet"]
+
+    capfd.readouterr()
+    simulate_motions(params, again)
+    assert "1 of 3 shards are there already" in capfd.readouterr().out
+    for name in ("motions", "runs", "paths"):
+        assert getattr(again, name).read_bytes() == getattr(layout, name).read_bytes()
+    assert [path.name for path in sorted(again.samples_dir.iterdir())] == [f"part-000{i}.parquet" for i in range(3)]
+    for path in layout.samples_dir.iterdir():
+        assert (again.samples_dir / path.name).read_bytes() == path.read_bytes()
+    assert list(made.iterdir()) == []
+    assert {path.name for path in again.data_dir.iterdir()} == {path.name for path in layout.data_dir.iterdir()}
+
+
+def test_shards_of_other_parameters_are_not_taken(done, tmp_path):
+    params, layout = done
+    motions = read_motions(layout.trees, 6)
+    other = params.simulate_motions.model_copy(update={"sample_rate_hz": 500.0})
+    heavier = params.robot.model_copy(update={"payload_kg": 11.0})
+    asked = [(params.robot, params.simulate_motions, motions), (params.robot, other, motions)]
+    asked += [
+        (heavier, params.simulate_motions, motions),
+        (params.robot, params.simulate_motions, motions.rows(slice(30))),
+    ]
+    folders = [planned_shards(*one, tmp_path)[0].folder for one in asked]
+    assert len(set(folders)) == 4
+    assert planned_shards(*asked[0], tmp_path)[0].folder == folders[0]
+
+
+def test_workers_end_with_a_run_that_is_killed(tmp_path):
+    code = """
+import os, sys, time
+from reproduction.pools import worker_pool
+if __name__ == "__main__":
+    with worker_pool(2) as pool:
+        print(*{pool.submit(os.getpid).result() for _ in range(20)}, flush=True)
+        time.sleep(60)
+"""
+    (tmp_path / "run.py").write_text(code, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, str(tmp_path / "run.py")]
+    with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        workers = [int(pid) for pid in process.stdout.readline().split()]
+        process.kill()
+    assert workers
+    wait_for("end of the workers", lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), 30)

@@ -53,6 +53,9 @@ class ControllerData(Document):
     tools: dict[str, FrameFile] = Field(default_factory=dict, description="Tools by number or name.")
     bases: dict[str, FrameFile] = Field(default_factory=dict, description="Bases (user frames) by number or name.")
     payloads: dict[str, PayloadFile] = Field(default_factory=dict, description="Payloads by number or name.")
+    still: list[str] = Field(
+        default_factory=list, description="Programs, macros and routines of other files that do not move the robot."
+    )
     waits_s: dict[str, Annotated[float, Field(ge=0.0, le=LONGEST_S)]] = Field(
         default_factory=dict, description="How long waits take that the program does not say, by their line. [s]"
     )
@@ -71,6 +74,7 @@ def read_controller_data(path: str | Path) -> Beside:
         bases={name: one.placement() for name, one in data.bases.items()},
         payloads={name: one.payload() for name, one in data.payloads.items()},
         waits_s=waits,
+        still=frozenset(name.upper() for name in data.still),
     )
 
 

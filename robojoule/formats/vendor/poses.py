@@ -19,6 +19,7 @@ from robojoule.robots.robot import Robot
 from robojoule.robots.vendor_frames import vendor_base, vendor_flange
 
 Position = tuple[float, ...]
+CALIBRATION_M, CALIBRATION_RAD = 5e-3, 0.02  # by which a calibrated arm may differ from its model
 _IN_ALL, _BUT_TURNS = 2, 1  # how far a solution agrees with a configuration
 
 
@@ -74,6 +75,16 @@ class Poses:
         """Where the flange is in the base frame of the robot's file at joint positions."""
         return flange_placement(self.robot, self.model(position))
 
+    def _is_there(self, target: PoseTarget) -> bool:
+        """Whether joint positions that are given with a place are its own, as far as the model knows the arm."""
+        assert target.near_rad is not None
+        if target.tool is None or target.relative or target.rotation is None or None in target.position_m:
+            return False
+        at = self.tool_in_base(target.near_rad, target)
+        off_m = float(np.linalg.norm(at.origin_m - np.array(target.position_m, dtype=float)))
+        off_rad = float(np.abs(at.rotation - target.rotation).max())
+        return off_m <= CALIBRATION_M and off_rad <= CALIBRATION_RAD
+
     def _frames(self, target: PoseTarget) -> tuple[Placement, Placement]:
         """Base and tool of a target in the frames of the robot's file."""
         if target.base is None or target.tool is None:
@@ -109,6 +120,11 @@ class Poses:
         near = target.near_rad if target.near_rad is not None else position
         if near is None and target.configuration is None:
             raise NotKnown("the file names no configuration, and where the robot comes from is not known")
+        if target.near_rad is not None and target.tool is None:
+            remark = f"{target.unknown} is not in the file: the joint positions that are given with the place are taken"
+            return Found(target.near_rad, remark)
+        if target.near_rad is not None and self._is_there(target):
+            return Found(target.near_rad)
         base, tool = self._frames(target)
         place = base @ self.wanted(target, position)
         near_rad = None if near is None else self.model(near)
@@ -117,7 +133,7 @@ class Poses:
         except InputError as error:
             raise NotKnown(error.problem) from None
         if target.configuration is None:
-            said = target.near_rad is not None or target.relative != ""
+            said = target.nearest or target.near_rad is not None or target.relative != ""
             remark = "" if said else "no configuration is given: the solution nearest to the point before is taken"
             return Found(self.counted(solutions[0]), remark)
         solution, agreement = chosen(self.robot, solutions, target.configuration)

@@ -10,7 +10,7 @@ import numpy as np
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
-from robojoule.formats.vendor.speeds import leading_share, path_duration_s, percent_for_duration, snapped
+from robojoule.formats.vendor.speed_limits import Execution, SpeedLimits
 from robojoule.formats.vendor.trace import (
     CycleStart,
     Event,
@@ -24,41 +24,23 @@ from robojoule.formats.vendor.trace import (
     Unknown,
     Wait,
 )
+from robojoule.formats.vendor.zones import with_ends, zone_of
 from robojoule.inputs import counted
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
     LEAST_SPEED_PERCENT,
-    CoarseZone,
     MoveOperation,
     OperationTree,
     UnknownOperation,
     WaitOperation,
 )
 from robojoule.robots.pendant_file import Angles
-from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Robot
 
-LEAST_RADIUS_M = 1e-6
+MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
-LATE_S = 1e-3  # by which a path motion may be off before that is said
-_RADIUS_PER_SHARE_M = 0.1  # what stands for a share of the way while no robot is known; nothing is computed with it
-
-
-@dataclass(frozen=True)
-class Execution:
-    """One execution of a motion that is part of the tree.
-
-    Attributes:
-        motion: The motion.
-        start_rad: Where it begins, angles as the program counts them. [rad]
-        target_rad: Where it ends. [rad]
-    """
-
-    motion: Motion
-    start_rad: Position
-    target_rad: Position
 
 
 @dataclass(frozen=True)
@@ -71,6 +53,7 @@ class Resolution:
         notes: What is kept, assumed or not known, in the order of lines.
         executions: Motions by the names of their moves in the tree.
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
+        repeated: Names of moves whose statement runs more than once, so that no wait can be added to one of them.
     """
 
     tree: OperationTree
@@ -78,6 +61,7 @@ class Resolution:
     notes: tuple[Note, ...]
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
+    repeated: frozenset[str] = frozenset()
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -111,6 +95,7 @@ class _Resolver:
         self.robot = robot
         self.angles: Angles = angles
         self.poses = None if robot is None else Poses(robot, angles)
+        self.limits = SpeedLimits(self.poses)
         self.entry = entry
         self.notes = {(note.line, note.text): note for note in trace.notes}
         self.position: Position | None = None
@@ -134,6 +119,8 @@ class _Resolver:
     def resolution(self) -> Resolution:
         """The tree and what is to be known of it."""
         events = self.trace.events
+        if sum(isinstance(event, Motion) for event in events) > MOST_MOTIONS:
+            raise InputError("the program moves too often", allowed=f"{MOST_MOTIONS} motions")
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
@@ -147,21 +134,14 @@ class _Resolver:
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=tuple(self._with_ends()),
+            operations=with_ends(self.operations),
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
-        return Resolution(tree, places, notes, self.executions, added)
-
-    def _with_ends(self) -> list[MoveOperation | WaitOperation | UnknownOperation]:
-        """The operations; a motion that no other one follows at once ends at its target, whatever its zone."""
-        ends = [not isinstance(after, MoveOperation) for after in (*self.operations[1:], None)]
-        return [
-            one.model_copy(update={"zone": "fine"}) if is_end and isinstance(one, MoveOperation) else one
-            for one, is_end in zip(self.operations, ends, strict=True)
-        ]
+        repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
+        return Resolution(tree, places, notes, self.executions, added, repeated)
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))
@@ -254,7 +234,12 @@ class _Resolver:
         """A motion between known positions."""
         motion = execution.motion
         self.position = execution.target_rad
-        percent, is_fixed = self._speed(execution)
+        limit = self.limits.of(execution)
+        if limit.reason:
+            self._keep(motion, limit.reason)
+        if limit.remark:
+            self._note(motion.line, limit.remark)
+        percent, is_fixed = limit.percent, limit.is_fixed
         if percent is None:
             self._append(UnknownOperation(name=self._number("unknown"), target_rad=execution.target_rad), motion.line)
             return
@@ -264,7 +249,7 @@ class _Resolver:
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,
-            zone=self._zone(motion, following),
+            zone=zone_of(execution, following, self.poses),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
         )
@@ -275,65 +260,6 @@ class _Resolver:
             self.first_waits = []
         self._append(move, motion.line)
         self.executions[move.name] = execution
-
-    def _speed(self, execution: Execution) -> tuple[float | None, bool]:
-        """Speed limit of a motion, and whether plans keep it; None: nobody knows how long it takes. [%]"""
-        motion = execution.motion
-        speed = motion.speed
-        if motion.kind != "joint":
-            return self._path_percent(execution), True
-        if speed.percent is not None:
-            return speed.percent, not speed.writable
-        if speed.duration_s is None and speed.leading_rad_s is None and speed.tool_m_s is None:
-            if not speed.writable:
-                self._keep(motion, "its speed is known only while the program runs")
-                return None, True
-            self._note(motion.line, "the program does not say how fast the motion is: taken as 100 %")
-            return 100.0, False
-        if self.robot is None or self.poses is None:
-            raise NeedsRobot("the speed is not a share of the robot's own, which needs a robot", key=_at(motion))
-        if speed.duration_s is None and speed.leading_rad_s is not None:
-            share = leading_share(execution.start_rad, execution.target_rad, self.robot)
-            return (snapped(100.0 * share * speed.leading_rad_s) if share > 0.0 else 100.0), not speed.writable
-        percent, _ = self._timed(execution)
-        return percent, not speed.writable
-
-    def _timed(self, execution: Execution) -> tuple[float | None, float]:
-        """Speed limit at which a joint motion takes as long as its program says, and by how much it differs. [%, s]"""
-        assert self.robot is not None and self.poses is not None
-        motion = execution.motion
-        places = [self._place(position, motion) for position in (execution.start_rad, execution.target_rad)]
-        if motion.via is not None:
-            try:
-                places.insert(1, self.poses.wanted(motion.via, execution.start_rad))
-            except NotKnown:
-                return None, 0.0
-        wanted_s = path_duration_s(motion.speed, places)
-        if wanted_s is None:
-            return None, 0.0
-        ends = [self.poses.model(position) for position in (execution.start_rad, execution.target_rad)]
-        percent, taken_s = percent_for_duration(self.robot, ends[0], ends[1], wanted_s)
-        return percent, taken_s - wanted_s
-
-    def _place(self, position: Position, motion: Motion) -> Placement:
-        assert self.poses is not None
-        target = motion.target
-        return (
-            self.poses.tool_in_base(position, target) if isinstance(target, PoseTarget) else self.poses.flange(position)
-        )
-
-    def _path_percent(self, execution: Execution) -> float | None:
-        """A motion of the tool along a path stands as a joint motion between its ends that takes as long. [%]"""
-        motion = execution.motion
-        if self.robot is None:
-            raise NeedsRobot(f"the {motion.kind} motion needs a robot", key=_at(motion))
-        percent, off_s = self._timed(execution)
-        if percent is None:
-            self._keep(motion, f"the program does not say how fast the {motion.kind} motion is")
-            return None
-        text = f"the {motion.kind} motion is kept, and counted as a joint motion of the same duration"
-        self._note(motion.line, text + (f" (+{off_s:.3f} s)" if off_s > LATE_S else ""))
-        return percent
 
     def _moves_outside(self, motion: Motion) -> bool:
         """Whether a motion moves an external axis."""
@@ -346,14 +272,6 @@ class _Resolver:
         label = motion.label or "move"
         numbered = self._number(label)
         return label if self.labels[motion.label] == 1 and motion.label else numbered
-
-    def _zone(self, motion: Motion, following: Event | None) -> CoarseZone | str:
-        """The zone in which the next motion may begin; where something else follows, the controller stops."""
-        blend = motion.blend
-        if blend is None or not isinstance(following, Motion):
-            return "fine"
-        radius_m = blend.radius_m if blend.radius_m is not None else (blend.share or 0.0) * _RADIUS_PER_SHARE_M
-        return CoarseZone(radius_m=radius_m) if radius_m > LEAST_RADIUS_M else "fine"
 
     # Targets
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +13,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Execution, Resolution, resolve
+from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, unified_diff
 from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
@@ -21,6 +23,7 @@ from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 SAME_S = 1e-9  # of waits: rounding
+LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +98,63 @@ class VendorSource:
         new = {move.name: move for move in tree.moves()}
         if was.keys() != new.keys():
             raise InputError(f"the tree does not have the moves of the program '{self.program.name}'")
-        edits = self.program.speed_edits(self._wishes(was, new)) + self._wait_edits(was, new)
+        edits = list(dict.fromkeys([*self.program.speed_edits(self._wishes(was, new)), *self._wait_edits(was, new)]))
         texts = [
             edited(source.text, [edit for edit in edits if edit.span.file == file])
             for file, source in enumerate(self.program.sources)
         ]
         return self.program.finished(texts)
+
+    @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return max(self.program.wait_step_s, LEAST_WAIT_S)
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """The tree with its added waits where the program can say them: behind motions that run once.
+
+        Where no motion does, the waits are shared out to all executions of one, as far as they are all in the tree;
+        what is left of them is not waited.
+
+        Args:
+            tree: A tree of some or all moves of the program.
+        """
+        moves, repeated = tree.moves(), self.resolution.repeated
+        if not any(move.name in repeated for move in moves):
+            return tree
+        before, after = moves[0].added_wait_before_s, [move.added_wait_after_s for move in moves]
+        for index, move in enumerate(moves[1:]):
+            after[index] += move.added_wait_before_s
+        free = [i for i, one in enumerate(moves) if one.is_fine and one.name not in repeated]
+        if moves[0].name in repeated:
+            before, after[0] = 0.0, after[0] + before
+        if free:
+            for index in set(range(len(moves))) - set(free):
+                nearest = min(free, key=lambda place: abs(place - index))
+                after[index], after[nearest] = 0.0, after[nearest] + after[index]
+        else:
+            shared = self._shared_places(moves)
+            each_s = math.floor(sum(after) / max(len(shared), 1) / self.wait_step_s + SAME_S) * self.wait_step_s
+            after = [each_s if index in shared else 0.0 for index in range(len(moves))]
+        return tree.with_plan(
+            {},
+            added_waits_before_s={move.name: before if i == 0 else 0.0 for i, move in enumerate(moves)},
+            added_waits_after_s={move.name: seconds for move, seconds in zip(moves, after, strict=True)},
+        )
+
+    def _shared_places(self, moves: Sequence[MoveOperation]) -> tuple[int, ...]:
+        """All executions of the statement that runs last, of those whose executions all are among some moves."""
+        executions = self.resolution.executions
+        places: dict[int, list[int]] = {}
+        for index, move in enumerate(moves):
+            places.setdefault(executions[move.name].motion.statement, []).append(index)
+        in_all = Counter(one.motion.statement for one in executions.values())
+        whole = [
+            tuple(at)
+            for statement, at in places.items()
+            if len(at) == in_all[statement] and all(moves[index].is_fine for index in at)
+        ]
+        return max(whole, key=max, default=())
 
     def save(self, tree: OperationTree, path: Path) -> None:
         """Write the program's files, all of them or none, those that go with it beside the first under its name."""

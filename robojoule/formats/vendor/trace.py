@@ -51,6 +51,7 @@ class PoseTarget:
         base: The base in the robot's own base frame; None: it is not known.
         configuration: Which solution is meant; None: the one nearest to the position before.
         near_rad: Joint angles of the pendant near which the solution is; None: those before the motion. [rad]
+        nearest: Whether the language says that the solution nearest to the point before is meant.
         relative: Whether the place is one in axes of the present tool place: "base" adds the position along the axes
             of the base, "tool" along those of the tool.
         external: Positions of external axes by their names.
@@ -63,6 +64,7 @@ class PoseTarget:
     base: Placement | None = None
     configuration: Configuration | None = None
     near_rad: tuple[float, ...] | None = None
+    nearest: bool = False
     relative: Literal["", "base", "tool"] = ""
     external: Mapping[str, float] = field(default_factory=dict)
     unknown: str = ""
@@ -118,6 +120,7 @@ class Motion:
         blend: Whether the next motion may begin before it ends; None: the robot stops at the target.
         via: Where a circular motion passes.
         reason: Why the target is not known, for reports.
+        tool: The tool in the flange's frame, whose speed the motion's may be; None: the flange.
     """
 
     statement: int
@@ -129,6 +132,7 @@ class Motion:
     blend: Blend | None = None
     via: PoseTarget | None = None
     reason: str = ""
+    tool: Placement | None = None
 
 
 @dataclass(frozen=True)
@@ -222,6 +226,7 @@ class Beside:
         bases: Bases (user frames, work objects) by their numbers or names.
         payloads: Payloads by their numbers or names.
         waits_s: Durations of waits that the file does not say, by their line. [s]
+        still: Programs and routines of other files that do not move the robot, by their names in capitals.
     """
 
     tool: Placement | None = None
@@ -230,6 +235,7 @@ class Beside:
     bases: Mapping[str, Placement] = field(default_factory=dict)
     payloads: Mapping[str, Payload] = field(default_factory=dict)
     waits_s: Mapping[int, float] = field(default_factory=dict)
+    still: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

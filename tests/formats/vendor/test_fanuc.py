@@ -135,9 +135,6 @@ def test_waits(tmp_path):
     body = ["WAIT   1.00(sec)", "WAIT .50(sec)", "R[7]=2", "WAIT R[7](sec)", "WAIT R[8](sec)", "WAIT DI[1]=ON", "PAUSE"]
     found, _ = events(tmp_path, body)
     assert [event.duration_s for event in found if isinstance(event, Wait)] == [1.0, 0.5, 2.0, None, None, None]
-    line = listing(body).splitlines().index("   6:  WAIT DI[1]=ON ;") + 1
-    found, _ = events(tmp_path, body, beside=Beside(waits_s={line: 0.7}))
-    assert found[4].duration_s == 0.7
 
 
 def test_speeds(tmp_path):
@@ -194,6 +191,21 @@ def test_positions_that_are_not_in_the_file(tmp_path):
 def test_what_may_move_the_robot_makes_its_position_unknown(tmp_path, code):
     found, _ = events(tmp_path, [CYCLE[0], code, CYCLE[1]])
     assert [type(event) for event in found] == [Motion, Unknown, Motion]
+
+
+def test_programs_beside_it_that_move_nothing_keep_the_position_known(tmp_path):
+    written(tmp_path, listing(["DO[1]=ON", "WAIT   .30(sec)", "CALL SIGNAL"], {}), "GRIP.LS")
+    written(tmp_path, listing(["WAIT DI[1]=ON"], {}), "signal.ls")
+    written(tmp_path, listing(["J P[2] 100% FINE"]), "go.ls")
+    written(tmp_path, listing(["CALL LOOP"], {}), "loop.ls")
+    written(tmp_path, b"\0", "bad.ls")
+    found, notes = events(tmp_path, [CYCLE[0], "CALL GRIP", CYCLE[1]])
+    assert [type(event) for event in found] == [Motion, Wait, Wait, Motion] and "moves nothing" in notes[0]
+    assert [found[1].duration_s, found[2].duration_s] == [0.3, None] and found[1].line == found[0].line + 1
+    for name in ("GO", "LOOP", "BAD", "MISSING"):
+        assert [type(event) for event in events(tmp_path, [CYCLE[0], f"CALL {name}"])[0]] == [Motion, Unknown]
+    still = Beside(still=frozenset(["MISSING", "HAND OPEN 1"]))
+    assert len(events(tmp_path, [CYCLE[0], "CALL MISSING(1)", "Hand open  1", CYCLE[1]], beside=still)[0]) == 2
 
 
 @pytest.mark.parametrize(

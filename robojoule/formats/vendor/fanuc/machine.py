@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from lark import Token, Tree
@@ -13,6 +13,7 @@ from robojoule.formats.vendor.fanuc.labels import endless_labels, label_of, plai
 from robojoule.formats.vendor.fanuc.positions import Frames, Position
 from robojoule.formats.vendor.fanuc.registers import Registers, index_of
 from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
+from robojoule.formats.vendor.lines import short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
@@ -33,6 +34,7 @@ from robojoule.formats.vendor.trace import (
 _TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _SECONDS = {"sec": 1.0, "msec": 1e-3}
 ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
+_DEEPEST_CALLS = 20
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
 # First words of instructions that move nothing; every other one may be a macro.
@@ -40,6 +42,10 @@ _HARMLESS = {"ARC", "COL", "COLLISION", "ELSE", "ENDIF", "ENDFOR", "FORCE", "LOC
 _HARMLESS |= {"PULSE", "RSR", "SKIP", "SPOT", "TC_ONLINE", "TOOL_OFFSET", "TRACK", "UALM", "UNLOCK", "VOFFSET", "WEAVE"}
 _HARMLESS |= {"WELD", "TIME", "DISTANCE", "STOP", "RESUME", "SYNC", "LBL", "MONITOR", "DEPARTURE", "FLG", "VISION"}
 _MODAL = {"OVERRIDE": "speeds of the program are shares of it", "JOINT_MAX_SPEED": "it bounds speeds"}
+
+
+# The instructions of another program, by its name; None: it is not there.
+Find = Callable[[str], Sequence[Instruction | Block] | None]
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,11 @@ class _Leave(Exception):
 class Machine:
     """Executes instructions and collects events."""
 
-    def __init__(self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool) -> None:
+    def __init__(
+        self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool, find: Find, depth: int = 0
+    ) -> None:
+        self.find = find
+        self.depth = depth
         self.positions = positions
         self.frames = Frames(beside)
         self.beside = beside
@@ -91,7 +101,7 @@ class Machine:
                 if isinstance(one, Instruction) and one.kind == "jump":
                     target = labels.get(label_of(one))
                     if target is None:
-                        self._unknown(one, f"{_short(one.code)} leads nowhere")
+                        self._unknown(one, f"{short(one.code)} leads nowhere")
                         return
                     if target <= at or at in seen:
                         return
@@ -145,9 +155,9 @@ class Machine:
             self.added = one
         elif one.code and not is_remark(one.code) and not one.code.startswith("-"):
             if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
-                self._unknown(one, f"the motion is not understood: {_short(one.code)}")
+                self._unknown(one, f"the motion is not understood: {short(one.code)}")
             else:
-                self._unknown(one, f"not understood, it may move the robot: {_short(one.code)}")
+                self._unknown(one, f"not understood, it may move the robot: {short(one.code)}")
 
     # Motions
 
@@ -228,8 +238,8 @@ class Machine:
             Wait(
                 one.code_start,
                 one.line.number,
-                seconds if seconds is not None else self.beside.waits_s.get(one.line.number),
-                _short(one.code),
+                seconds,
+                short(one.code),
                 added=is_added,
                 value=one.span(tokens[0]) if is_added and isinstance(tokens[0], Token) else None,
                 whole=Span(announced.start, one.end) if is_added and announced is not None else None,
@@ -237,9 +247,7 @@ class Machine:
         )
 
     def _pause(self, one: Instruction, tree: Node) -> None:
-        self.events.append(
-            Wait(one.code_start, one.line.number, self.beside.waits_s.get(one.line.number), _short(one.code))
-        )
+        self.events.append(Wait(one.code_start, one.line.number, None, short(one.code)))
 
     # Settings and registers
 
@@ -261,7 +269,7 @@ class Machine:
         elif name == "P":
             self._unknown_position(str(target))
         elif name in _MODAL:
-            self.note(one, f"{_short(one.code)} is kept and not simulated: {_MODAL[name]}")
+            self.note(one, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
 
     def _unknown_position(self, point: str) -> None:
         number = self.registers.amount(_inside(point))
@@ -273,13 +281,29 @@ class Machine:
     def _statement(self, one: Instruction, tree: Node) -> None:
         first = str(tree.children[0])
         if first.upper().startswith("PAYLOAD["):
-            self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), _short(one.code)))
-        elif _may_be_macro(one):
-            self._unknown(one, f"it may be a macro that moves the robot: {_short(one.code)}")
+            self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), short(one.code)))
+        elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
+            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}")
 
     def _call(self, one: Instruction, tree: Node) -> None:
         name = next(str(token) for token in tree.children if isinstance(token, Token))
-        self._unknown(one, f"{name} is another program, it may move the robot")
+        if name.upper() in self.beside.still:
+            return
+        body = self.find(name) if self.depth < _DEEPEST_CALLS else None
+        if body is None:
+            self._unknown(one, f"{name} is another program, it may move the robot")
+            return
+        other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
+        other.registers = self.registers
+        other.run(body)
+        waits = [event for event in other.events if isinstance(event, Wait)]
+        if len(waits) < len(other.events):
+            self._unknown(one, f"{name}, beside this program, may move the robot")
+            return
+        self.note(one, f"{name}, beside this program, moves nothing")
+        self.events += [
+            Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
+        ]
 
     # Jumps and loops
 
@@ -294,11 +318,11 @@ class Machine:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
         calls = [token for token in tokens if isinstance(token, Token) and token.type == "CALL"]
         if calls:
-            self._unknown(one, f"whether it runs is not known, it may move the robot: {_short(one.code)}")
+            self._unknown(one, f"whether it runs is not known, it may move the robot: {short(one.code)}")
         for token in tokens:
             if isinstance(token, Token) and token.type == "LABEL":
                 self.jumps.setdefault(plain_label(str(token)), []).append(self.motions)
-        self.note(one, f"whether it jumps is not known, it is taken not to: {_short(one.code)}")
+        self.note(one, f"whether it jumps is not known, it is taken not to: {short(one.code)}")
 
     def _for(self, block: Block) -> None:
         tree = block.head.tree
@@ -335,7 +359,7 @@ class Machine:
                 self.registers.values.clear()
                 if str(one.tree.children[0]).upper().startswith(("UFRAME", "UTOOL")):
                     self.frames.frame = self.frames.tool = None
-        text = _short(block.head.code)
+        text = short(block.head.code)
         if moves:
             self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
         else:
@@ -370,8 +394,3 @@ def _blend(tree: Node) -> Blend | None:
         share = 1.0 if value is None else min(value, 100.0) / 100.0
         return Blend(share=share) if share > 0.0 else None
     return None
-
-
-def _short(code: str) -> str:
-    text = " ".join(code.split())
-    return text if len(text) <= 60 else f"{text[:57]}..."

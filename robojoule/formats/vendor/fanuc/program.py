@@ -12,6 +12,8 @@ from robojoule.errors import InputError
 from robojoule.formats.vendor.fanuc.machine import ADDED, Machine
 from robojoule.formats.vendor.fanuc.positions import read_positions
 from robojoule.formats.vendor.fanuc.syntax import (
+    Block,
+    Instruction,
     Line,
     Numbering,
     blocks,
@@ -57,12 +59,25 @@ class TeachPendantProgram:
 
     def trace(self, beside: Beside) -> Trace:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        machine = Machine(self.positions, beside, moves_arm=self._moves_arm())
+        machine = Machine(self.positions, beside, moves_arm=self._moves_arm(), find=self._beside)
         machine.run(blocks(self.instructions))
         self._machine = machine
         notes = [Note(line, "the position is not understood and kept") for line in self.bad_positions]
         notes += machine.notes.values()
         return Trace(tuple(machine.events), tuple(notes))
+
+    def _beside(self, name: str) -> list[Instruction | Block] | None:
+        """The instructions of another program in the same folder."""
+        for stem in (name, name.lower(), name.upper()):
+            for suffix in (".ls", ".LS"):
+                path = self.sources[0].path.with_name(f"{stem}{suffix}")
+                try:
+                    found = sections(lines_in(read_source(path))) if path.is_file() else {}
+                except InputError:
+                    continue
+                if "MN" in found:
+                    return blocks(instructions(found["MN"]))
+        return None
 
     def _moves_arm(self) -> bool:
         """Whether the program moves group 1."""

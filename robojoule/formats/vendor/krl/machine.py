@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave, short
-from robojoule.formats.vendor.krl.syntax import Line, Node, Routine
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
+from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import Frames, blend_of, path_speed_of, speed_of, target_of
+from robojoule.formats.vendor.lines import Line, Node, first_word, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
@@ -82,7 +83,7 @@ class Machine(Flow):
         """One line that opens no block."""
         tree = line.tree
         if tree is None:
-            if line.code:
+            if line.code and not line.code.startswith("&"):
                 self._not_understood(line)
             return
         continues, self.continues = self.continues, line.kind == "continue_"
@@ -107,7 +108,7 @@ class Machine(Flow):
             raise Leave("routine")
 
     def _not_understood(self, line: Line) -> None:
-        word = line.code.split("(")[0].split()[0].upper()
+        word = first_word(line.code).upper()
         if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
             self.unknown(line, f"the motion is not understood: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
@@ -268,7 +269,7 @@ class Machine(Flow):
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
-        elif name not in HARMLESS:
+        elif name not in HARMLESS and name not in self.frames.beside.still:
             self.unknown(line, f"{name}() is not in this file, it may move the robot")
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
@@ -296,8 +297,7 @@ class Machine(Flow):
             self.variables.set(("$APO", "CPTP"), distance)
             self.variables.set(("$APO", "CDIS"), distance)
         if word in ("#FRAMES", "#PTP_PARAMS", "#CP_PARAMS") and isinstance(frame, Mapping):
-            self.frames.set_tool(frame.get("TOOL_NO"))
-            self.frames.set_base(frame.get("BASE_NO"))
+            self.frames.take(frame)
         elif word == "#TOOL":
             self.frames.set_tool(value)
         elif word == "#BASE":

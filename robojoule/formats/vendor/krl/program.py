@@ -10,8 +10,9 @@ from pathlib import Path
 from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in
 from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
-from robojoule.formats.vendor.krl.syntax import Line, read_lines, routines
+from robojoule.formats.vendor.krl.syntax import read_lines, routines
 from robojoule.formats.vendor.krl.targets import Frames
+from robojoule.formats.vendor.lines import Line
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
 from robojoule.formats.vendor.trace import Beside, Trace, Wish
 

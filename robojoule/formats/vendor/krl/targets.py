@@ -75,6 +75,14 @@ class Frames:
         else:
             self.base, self.base_name = frame or self.beside.base, name or "$BASE"
 
+    def take(self, data: Mapping[str, Value]) -> None:
+        """Tool and base of motion data; on a tool that stands beside the robot, neither is known."""
+        if data.get("IPO_FRAME") == "#TCP":
+            self.tool, self.tool_name = None, "the tool beside the robot"
+            return
+        self.set_tool(data.get("TOOL_NO"))
+        self.set_base(data.get("BASE_NO"))
+
     def unknown(self) -> str:
         """What is not known of tool and base, for messages."""
         missing = [(self.tool, self.tool_name), (self.base, self.base_name)]
