@@ -29,7 +29,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts, check_costs, joined_costs
 from robojoule.planning.cycle_run import CycleRun
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
-from robojoule.planning.standby_trade_off import StandbyTradeOff, standby_trade_off
+from robojoule.planning.standby_trade_off import StandbyTradeOff, trade_off_with_standby
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.piecewise import PiecewiseLinearProfile
@@ -310,4 +310,6 @@ def _with_standby(
         return None
     above, below = [one.above for one in known], [one.below for one in known]
     times = curve.cycle_times_s
-    return standby_trade_off(batch.trees[tree], batch.graphs[tree], batch.robot.standby, idle_w, above, below, times)
+    return trade_off_with_standby(
+        batch.trees[tree], batch.graphs[tree], batch.robot.standby, idle_w, above, below, times
+    )

@@ -17,9 +17,9 @@ import numpy as np
 
 from robojoule.arrays import Array, frozen
 from robojoule.formats.program import WAIT_STEP_S
-from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
 from robojoule.planning.standstills import Offer, Standstills, standstills_of
+from robojoule.planning.tree_motions import closes
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.standby import StandbyMode
@@ -81,7 +81,7 @@ class StandbyTradeOff:
         }
 
 
-def standby_trade_off(
+def trade_off_with_standby(
     tree: OperationTree,
     graph: OptimizationGraph,
     modes: Sequence[StandbyMode],
