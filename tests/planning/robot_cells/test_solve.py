@@ -11,7 +11,7 @@ from robojoule.formats.robot_cell import Place
 from robojoule.planning.robot_cells.fidelity import pose_of
 from robojoule.planning.robot_cells.solve import plan_robot_cell
 from robojoule.planning.robot_cells.timeline import Timeline
-from tests.planning.robot_cells.cases import plan_of_three, planned, six, three, work_of_three
+from tests.planning.robot_cells.cases import LONG_S, plan_of_three, planned, six, three, work_of_three
 
 
 def test_the_plan_of_three_robots_holds():
@@ -60,7 +60,7 @@ def test_six_robots_with_and_without_the_shared_space():
 def test_a_largest_power_is_kept():
     free = plan_of_three()
     limit_w = 0.93 * free.run.peak_power_sum_w
-    plan = plan_robot_cell(replace(three(), peak_power_w=limit_w), time_limit_s=120.0, gap_percent=1.0)
+    plan = plan_robot_cell(replace(three(), peak_power_w=limit_w), time_limit_s=LONG_S, gap_percent=1.0)
     assert plan.run.peak_power_sum_w <= limit_w < free.run.peak_power_sum_w
     assert plan.peak_power_w <= plan.run.peak_power_sum_w
     assert plan.energy_j >= free.bound_j
@@ -75,7 +75,7 @@ def test_a_cycle_that_is_too_short_is_refused_with_the_least_one():
 
 
 def test_predicted_profiles_give_a_plan_that_is_simulated():
-    plan = rj.optimize(three(), profiles="predicted", gap_percent=1.0)
+    plan = rj.optimize(three(), profiles="predicted", gap_percent=1.0, time_limit_s=LONG_S)
     assert plan.profiles == "predicted" and plan.run.violations == ()
     assert plan.energy_j >= plan_of_three().bound_j
     with pytest.raises(InputError, match="profiles"):
@@ -83,7 +83,7 @@ def test_predicted_profiles_give_a_plan_that_is_simulated():
 
 
 def test_equal_seeds_give_equal_plans():
-    again = plan_robot_cell(three(), time_limit_s=120.0)
+    again = plan_robot_cell(three(), time_limit_s=LONG_S)
     assert [one.tree for one in again.programs] == [one.tree for one in plan_of_three().programs]
     assert again.run.starts_s == plan_of_three().run.starts_s
 
@@ -94,6 +94,7 @@ def test_a_stopped_search_gives_its_best_plan():
     plan = plan_robot_cell(
         three(),
         gap_percent=0.0,
+        time_limit_s=LONG_S,
         progress=lambda at: seen.append(at.energy_j),
         stop=lambda: any(np.isfinite(energy) for energy in seen),
     )
