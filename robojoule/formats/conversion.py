@@ -18,6 +18,7 @@ from robojoule.programs.operation_tree import (
     MoveOperation,
     Operation,
     OperationTree,
+    PayloadOperation,
     UnknownOperation,
 )
 from robojoule.robots.robot import Robot
@@ -92,8 +93,13 @@ def _moves_alone(tree: OperationTree) -> tuple[OperationTree, list[str]]:
             elif isinstance(operation, MoveOperation):
                 if not operation.is_fine:
                     lost.append(f"the zone of move '{operation.name}' is left out: it stops at its target")
+                if operation.speed_group is not None:
+                    lost.append(f"the speed group of move '{operation.name}' is left out")
                 wait_s, pending_s = operation.wait_before_s + pending_s, 0.0
-                moves.append(operation.model_copy(update={"zone": "fine", "wait_before_s": wait_s}))
+                changes = {"zone": "fine", "speed_group": None, "wait_before_s": wait_s}
+                moves.append(operation.model_copy(update=changes))
+            elif isinstance(operation, PayloadOperation):
+                lost.append(f"the payload of '{operation.name}' is left out")
             elif moves:
                 lost.append(f"{operation.type} '{operation.name}' is a wait of the move before it")
                 wait_s = moves[-1].wait_after_s + operation.duration_s

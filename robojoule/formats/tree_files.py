@@ -19,7 +19,9 @@ from robojoule.programs.operation_tree import (
     CompoundOperation,
     MoveOperation,
     OperationTree,
+    PayloadOperation,
     ProcessOperation,
+    ShareZone,
     UnknownOperation,
     WaitOperation,
 )
@@ -30,8 +32,10 @@ _MODELS: dict[str, type[BaseModel]] = {
     "move": MoveOperation,
     "wait": WaitOperation,
     "process": ProcessOperation,
+    "payload": PayloadOperation,
     "unknown": UnknownOperation,
 }
+_ZONES: dict[str, type[BaseModel]] = {"coarse": CoarseZone, "share": ShareZone}
 
 
 class TreeFiles:
@@ -231,8 +235,8 @@ def _place(
                 model = _MODELS[str(part)]
                 name = _name_of(here)
                 continue
-            if part == "coarse":
-                model = CoarseZone
+            if part in _ZONES:
+                model = _ZONES[str(part)]
                 continue
             if part not in here and not (missing and is_last):
                 continue

@@ -13,7 +13,7 @@ from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import counted
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, closes, simulate_trees, standing_energies_j
+from robojoule.planning.cycle_run import CycleRun, simulate_trees, standing_energies_j
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.speed_choice import (
     TOLERANCE,
@@ -26,6 +26,7 @@ from robojoule.planning.speed_choice import (
     second_trial_limit,
 )
 from robojoule.planning.standstills import standing, standstills_of
+from robojoule.planning.tree_motions import closes
 from robojoule.planning.whole_speeds import SpeedSearch
 from robojoule.planning.writeback import write_plan
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
@@ -155,7 +156,7 @@ def plan_on_measurements(
     outlook = Outlook(
         rule=profiles.rule,
         cycle_deviation_s=deviation,
-        late_probability=late_probability(slack_s + reserve_s, deviation),
+        late_probability=late_probability(slack_s + reserve_s, deviation, wanted_s),
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )

@@ -234,7 +234,7 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
     """
     idle = [min(batch.idle_prior_w[rows].min(), batch.idle_post_w[rows].min()) for rows in batch.rows]
     slowest, highest_limit = batch.speed_range
-    profiles = AdaptiveProfiles(batch.paths, slowest, highest_speed_limit=highest_limit)
+    profiles = AdaptiveProfiles(batch.planned, slowest, highest_speed_limit=highest_limit)
     highest = np.repeat(idle, [rows.stop - rows.start for rows in batch.rows])
     profiles.refine(relative_error, highest_slope_w=highest)
     result = []
@@ -271,7 +271,7 @@ def trade_off_on(source: ProfileSource, batch: TreeBatch) -> TradeOff:
         source: Profiles of the motions.
         batch: The tree.
     """
-    known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
+    known = [source.enclosure(motion) for motion in range(batch.planned.motions)]
     fixed_j = process_energy_j(batch.trees[0])
     curve, bound = (
         pareto_curve(

@@ -15,7 +15,7 @@ from robojoule.inputs import counted
 from robojoule.planning.cycle_run import OPEN_CYCLE, CycleRun
 from robojoule.planning.plan import Plan
 from robojoule.programs.operation_tree import PLANNED
-from robojoule.programs.sections import sections_of, unknown_operations
+from robojoule.programs.sections import sections_of, shared_groups, unknown_operations
 
 _MOST_NAMED = 6  # places that a message names
 
@@ -89,6 +89,7 @@ def joined_runs(runs: Sequence[CycleRun]) -> CycleRun:
     return replace(
         runs[-1],
         names=tuple(name for run in runs for name in run.names),
+        through=tuple(names for run in runs for names in run.through or ((),) * len(run.names)),
         rms_torque_ratio=math.sqrt(float(squares @ times) / whole_s) if whole_s > 0.0 else 0.0,
         energy_j=sum(run.energy_j for run in runs),
         cycle_time_s=whole_s,
@@ -102,7 +103,9 @@ def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan
     """What to know about all sections, each sentence once; that a section does not close goes without saying."""
     known = dict.fromkeys(text for part in parts for text in part.warnings if text != OPEN_CYCLE)
     where, sections = unknown_places(program), counted(len(parts), "section")
-    return (*known, f"time and energy are those of {sections}: how long {where} takes is not known")
+    groups = sorted(shared_groups(program.tree))
+    shared = [f"speed group '{name}' has moves in several sections: its speed is kept" for name in groups]
+    return (*known, *shared, f"time and energy are those of {sections}: how long {where} takes is not known")
 
 
 def _joined(program: Program, plans: Sequence[Plan]) -> Plan:

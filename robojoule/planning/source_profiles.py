@@ -12,11 +12,19 @@ from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
+from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.measured_plans import check_measured
 from robojoule.planning.optimization import Profiles
-from robojoule.profile.energy_profile import SLOWEST_SPEED_LIMIT, EnergyProfile, simulated_profile
+from robojoule.planning.tree_motions import chains_of_tree, check_single_moves, tree_payloads
+from robojoule.profile.energy_profile import (
+    SLOWEST_SPEED_LIMIT,
+    EnergyProfile,
+    check_points,
+    profile_of,
+    simulated_profile,
+)
 from robojoule.profile.measured import measured_profiles
 from robojoule.profile.predicted import NORMAL_QUANTILE
 from robojoule.profile.reference import reference_predictor
@@ -74,11 +82,15 @@ def move_profile(
     if move not in names:
         error = unknown_name("move", move, names)
         raise InputError(error.problem, key="move", allowed=error.allowed)
-    if any(move in vertex.moves and len(vertex.moves) > 1 for vertex in batch.graphs[0].vertices):
-        problem = f"the robot does not stop before or after move '{move}'"
-        raise InputError(problem, key="move", allowed="a move from stop to stop")
+    check_points(points)
+    vertices = batch.graphs[0].vertices
+    vertex = next(place for place, one in enumerate(vertices) if move in one.moves)
+    payload = tree_payloads(batch.robot, tree)[vertex]
+    robot = batch.robot if payload == batch.robot.payload else batch.robot.carrying(payload)
+    if len(vertices[vertex].moves) > 1:
+        return _blended_profile(robot, batch, vertex, points, profiles)
     row = names.index(move)
-    robot, (start, end) = batch.robot, tree.configurations_rad()[row : row + 2]
+    start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
         return motion_profile(robot, start, end, points, profiles)
     if profiles == "simulated":
@@ -111,6 +123,18 @@ def move_profile(
         idle_power_start_w=float(found.idle_start_w[row]),
         idle_power_end_w=float(found.idle_end_w[row]),
     )
+
+
+def _blended_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
+    """The profile of a motion through coarse zones, all of its moves at the same speed limit."""
+    if profiles == "measured":
+        check_single_moves(batch.trees[0])
+    names = batch.graphs[0].vertices[vertex].moves
+    found = profile_of(robot, BlendedPaths(robot, [chains_of_tree(batch.trees[0])[vertex]]), points)
+    said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"]
+    if profiles == "predicted":
+        said.append("it is simulated: predictors know straight motions only")
+    return replace(found, doubts=(*found.doubts, *said))
 
 
 def _believed(

@@ -19,10 +19,10 @@ from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import as_number
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import Indices, least_cost_choice, within_gap
-from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.standstills import Offer, Standstills, standstills_of
+from robojoule.planning.tree_motions import closes
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource
@@ -76,7 +76,7 @@ def speed_choices(batch: TreeBatch, step_percent: float) -> list[Array]:
         # Nearest decimals, so that 29 % is written as 29.
         limits = np.array([round(step * step_percent, 9) / 100.0 for step in range(first, last + 1)])
         found.append(np.append(limits[limits < min(top, high) - _SAME_SHARE], high))
-    return [limits if moves else limits[-1:] for limits, moves in zip(found, batch.paths.moving, strict=True)]
+    return [limits if moves else limits[-1:] for limits, moves in zip(found, batch.planned.moving, strict=True)]
 
 
 def whole_speed_plan(
@@ -103,7 +103,7 @@ def whole_speed_plan(
         PlanningError: No choice keeps the cycle time.
     """
     limits = speed_choices(batch, step_percent)
-    durations = _ragged(batch.paths.durations(_table(limits)), limits)
+    durations = _ragged(batch.planned.durations(_table(limits)), limits)
     required = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in batch.graphs[0].vertices])
     required[-1, 1] += reserve_s
     idle = np.stack([source.idle_start_w, source.idle_end_w], axis=1)
@@ -111,7 +111,7 @@ def whole_speed_plan(
     places = standstills_of(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
     search = SpeedSearch(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
 
-    known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
+    known = [source.enclosure(motion) for motion in range(batch.planned.motions)]
     above = [_value(one.above, d) for one, d in zip(known, durations, strict=True)]
     offers = places.offers()
     best = search.best(offers, durations, above)
@@ -119,7 +119,7 @@ def whole_speed_plan(
         below = [_value(one.below, d) for one, d in zip(known, durations, strict=True)]
         at = [one[[k]] for one, k in zip(limits, best.motions, strict=True)]
         taken = [d[[k]] for d, k in zip(durations, best.motions, strict=True)]
-        reached = search.best([best.offer], taken, list(batch.paths.simulate(_table(at)).energy_j))
+        reached = search.best([best.offer], taken, list(batch.planned.simulate(_table(at)).energy_j))
         open_ = {offer: search.within(offer, durations, below, reached.energy_j) for offer in offers}
         offers = [offer for offer in offers if offer == best.offer or all(left.size for left in open_[offer])]
         kept = [
@@ -127,7 +127,7 @@ def whole_speed_plan(
             for motion, k in enumerate(best.motions)
         ]
         limits, durations = ([one[k] for one, k in zip(of, kept, strict=True)] for of in (limits, durations))
-        best = search.best(offers, durations, _ragged(batch.paths.simulate(_table(limits)).energy_j, limits))
+        best = search.best(offers, durations, _ragged(batch.planned.simulate(_table(limits)).energy_j, limits))
     chosen_s = np.array([d[k] for d, k in zip(durations, best.motions, strict=True)])
     waits = best.waits_s(places, required, cycle_s - float(chosen_s.sum()))
     ends = np.cumsum(waits.sum(axis=1) + chosen_s)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import shown
+from robojoule.motion.motions import Motions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
@@ -138,12 +139,31 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
     Raises:
         InputError: Not as many points as allowed, or no motion.
     """
-    if not isinstance(points, Integral) or not 2 <= points <= MOST_POINTS:
-        allowed = f"a whole number from 2 to {MOST_POINTS}"
-        raise InputError(f"{shown(points)} is not a valid number of points", key="points", allowed=allowed)
+    check_points(points)
     if np.allclose(start_rad, end_rad, rtol=0.0, atol=LEAST_TRAVEL_RAD):
         raise InputError("start and end are the same: there is no motion")
-    paths = MotionPaths(robot, start_rad, end_rad)
+    return profile_of(robot, MotionPaths(robot, start_rad, end_rad), points)
+
+
+def check_points(points: object) -> None:
+    """Refuse a number of speed limits that a profile cannot have.
+
+    Raises:
+        InputError: It is no whole number, or out of range.
+    """
+    if not isinstance(points, Integral) or not 2 <= int(points) <= MOST_POINTS:
+        allowed = f"a whole number from 2 to {MOST_POINTS}"
+        raise InputError(f"{shown(points)} is not a valid number of points", key="points", allowed=allowed)
+
+
+def profile_of(robot: Robot, paths: Motions, points: int) -> EnergyProfile:
+    """The same of a single motion of any kind.
+
+    Args:
+        robot: Robot with its payload.
+        paths: The motion.
+        points: See `simulated_profile`.
+    """
     runs = paths.simulate(np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points))
     limits = runs.speed_limit[0]
     rms_nm = np.sqrt(runs.torque_square_integral_nm2_s[0] / runs.duration_s[0, :, np.newaxis])

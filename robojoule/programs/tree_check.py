@@ -14,6 +14,7 @@ from robojoule.programs.operation_tree import (
     MoveOperation,
     Operation,
     OperationTree,
+    PayloadOperation,
     UnknownOperation,
 )
 from robojoule.robots.pendant import PendantAngles
@@ -27,7 +28,7 @@ def check_tree(
     source: str | Path | None = None,
     places: Mapping[str, str] | None = None,
 ) -> None:
-    """Check that a robot can execute a tree: name, joint count and joint limits of every configuration.
+    """Check that a robot can execute a tree: name, joint count and limits of every configuration, payloads.
 
     Args:
         tree: Tree to check.
@@ -47,6 +48,8 @@ def check_tree(
     for key, operation in tree.walk():
         if isinstance(operation, MoveOperation):
             configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
+        if isinstance(operation, PayloadOperation):
+            robot.file.check_payload(operation.mass_kg, file=source, key=f"{key}.mass_kg")
         elif isinstance(operation, UnknownOperation) and operation.target_rad is not None:
             configurations.append((f"{key}.target_rad", f"operation '{operation.name}'", operation.target_rad))
     for key, what, values in configurations:

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import robojoule as rj
+from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 from tests.core_cases import kr16
+from tests.planning.blended_trees import carrying, there_and_back
 
 MOVE, ROW = "move-04", 3
 
@@ -88,3 +90,26 @@ def test_what_does_not_go_together_is_refused(cycle, named, message):
         named = named | {"program": cycle[1]}
     with pytest.raises(InputError, match=message):
         rj.energy_profile(kr16(), **named)
+
+
+def test_a_motion_through_coarse_zones_has_one_profile():
+    """Whatever move of it is named, and simulated in any case."""
+    robot, given = kr16(), there_and_back({"radius_m": 0.08})
+    run = rj.simulate(given, robot)
+    for move in ("a", "b", "place"):
+        found = rj.energy_profile(robot, program=given, move=move)
+        assert found.durations_s[-1] == pytest.approx(run.durations_s[0])
+        assert found.energies_j[-1] == pytest.approx(run.vertex_energies_j[0] - 0.3 * found.idle_power_end_w)
+        assert "the profile is that of the whole motion through 'a' to 'place'" in found.warnings
+    predicted = rj.energy_profile(robot, program=given, move="a", profiles="predicted")
+    assert predicted.energies_j == pytest.approx(found.energies_j)
+    assert any("predictors know straight motions only" in text for text in predicted.warnings)
+    with pytest.raises(InputError, match="move 'a' has a coarse zone"):
+        table = MeasuredRuns("runs.csv", np.zeros(1, dtype=int), *np.ones((3, 1)), resolution_s=0.01)
+        rj.energy_profile(robot, program=given, move="a", runs=table)
+
+
+def test_a_move_has_the_profile_of_what_is_carried():
+    found = rj.energy_profile(kr16(5.0), program=carrying(), move="home")
+    assert found.payload_kg == 2.0
+    assert rj.energy_profile(kr16(5.0), program=carrying(), move="pick").payload_kg == 5.0

@@ -16,7 +16,9 @@ from robojoule.programs.operation_tree import (
     MoveOperation,
     Operation,
     OperationTree,
+    PayloadOperation,
     ProcessOperation,
+    ShareZone,
     UnknownOperation,
 )
 from robojoule.robots.pendant import PendantAngles
@@ -34,6 +36,7 @@ class Step:
         percent: Its speed limit. [%]
         leading_rad_s: The same of the joint that turns farthest; None: no robot is known, or nothing turns. [rad/s]
         radius_m: Within this distance of the target the next motion may begin; 0: it stops there. [m]
+        path_share: Or over this share of the motions on both sides; 0 likewise. [-]
         seconds: Length of a wait. [s]
         added: Whether a plan has added the wait.
     """
@@ -44,6 +47,7 @@ class Step:
     percent: float = 100.0
     leading_rad_s: float | None = None
     radius_m: float = 0.0
+    path_share: float = 0.0
     seconds: float = 0.0
     added: bool = False
 
@@ -79,12 +83,13 @@ class Steps:
     lost: list[str] = field(default_factory=list)
 
 
-def steps_of(tree: OperationTree, robot: Robot | None) -> Steps:
+def steps_of(tree: OperationTree, robot: Robot | None, *, shares: bool = False) -> Steps:
     """The steps of a tree.
 
     Args:
         tree: The tree.
         robot: Robot that executes it; None: its numbers are taken as they are.
+        shares: Whether the language has zones that are shares of the motions beside them.
 
     Raises:
         InputError: The tree is in angles of the model, and no robot says what the pendant shows.
@@ -99,6 +104,10 @@ def steps_of(tree: OperationTree, robot: Robot | None) -> Steps:
             found.steps += _moved(operation, position, target, robot)
             position = target
             found.lost += _unsaid(operation)
+            if isinstance(operation.zone, ShareZone) and not shares:
+                found.lost.append(f"the zone of move '{operation.name}', a share of the path, is left out: it stops")
+        elif isinstance(operation, PayloadOperation):
+            found.lost.append(f"the payload of '{operation.name}' is left out")
         elif isinstance(operation, UnknownOperation):
             found.steps.append(Step("remark", operation.name))
             found.lost.append(f"'{operation.name}', of which nobody knows how long it takes, is a remark")
@@ -152,6 +161,7 @@ def _moved(
         move.speed_limit_percent,
         move.speed_limit_percent / 100.0 / share if share > 0.0 else None,
         move.zone.radius_m if isinstance(move.zone, CoarseZone) else 0.0,
+        move.zone.path_share if isinstance(move.zone, ShareZone) else 0.0,
     )
     for seconds, added in ((move.wait_after_s, False), (move.added_wait_after_s, True)):
         if seconds:
@@ -163,6 +173,8 @@ def _unsaid(move: MoveOperation) -> Iterator[str]:
         yield f"that move '{move.name}' is fixed is not said"
     if move.least_speed_percent is not None:
         yield f"the least speed of move '{move.name}' is not said"
+    if move.speed_group is not None:
+        yield f"the speed group of move '{move.name}' is not said"
 
 
 def identifiers(names: list[str], longest: int, taken: tuple[str, ...] = ()) -> list[str]:

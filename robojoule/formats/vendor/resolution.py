@@ -249,7 +249,7 @@ class _Resolver:
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,
-            zone=zone_of(execution, following, self.poses),
+            zone=zone_of(motion, following),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
         )

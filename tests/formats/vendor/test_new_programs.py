@@ -9,7 +9,7 @@ from robojoule.formats.program import Program, load_program
 from robojoule.formats.registry import format_of
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.motion.simulation import MotionPaths
-from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.operation_tree import OperationTree, ShareZone
 from robojoule.robots import load_robot
 
 ROBOTS = {".ls": "fanuc_r2000ic_165f", ".mod": "kuka_kr16_r2010_2"}
@@ -82,3 +82,29 @@ def test_what_cannot_be_said_at_all_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"too long; allowed: up to 327\.67 s"):
         format_of(tmp_path / "a.ls").create(long, tmp_path / "a.ls", load_robot(ROBOTS[".ls"]))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix, word", [(".src", "C_PTP"), (".ls", "CNT60")])
+def test_zones_that_are_shares_of_a_path_are_said(tmp_path, suffix, word):
+    """KUKA's percentage and FANUC's CNT count shares of half a motion."""
+    moves = list(tree().model_dump()["operations"])
+    moves[1]["zone"] = {"path_share": 0.3}
+    one = tree().model_validate(tree().model_dump() | {"operations": moves})
+    robot = load_robot("kuka_kr16_r2010_2" if suffix == ".src" else ROBOTS[suffix])
+    path, _ = created(tmp_path, suffix, robot, one)
+    assert word in path.read_text()
+    again = load_program(path).for_robot(robot)
+    assert [move.zone for move in again.moves] == ["fine", ShareZone(path_share=0.3), "fine", "fine"]
+
+
+@pytest.mark.parametrize("suffix", [".mod", ".script"])
+def test_what_has_no_word_for_shares_stops_and_says_so(tmp_path, suffix):
+    moves = list(tree().model_dump()["operations"])
+    moves[1] |= {"zone": {"path_share": 0.3}, "speed_group": "line"}
+    moves.append({"type": "payload", "name": "empty", "mass_kg": 0.0})
+    one = tree().model_validate(tree().model_dump() | {"operations": moves})
+    path = tmp_path / f"new{suffix}"
+    lost = format_of(path).create(one, path, load_robot("kuka_kr16_r2010_2"))
+    assert any("a share of the path, is left out" in text for text in lost)
+    assert any("the speed group of move 'via 1' is not said" in text for text in lost)
+    assert any("the payload of 'empty' is left out" in text for text in lost)

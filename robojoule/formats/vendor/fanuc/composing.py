@@ -21,7 +21,7 @@ def compose_teach_pendant(tree: OperationTree, robot: Robot | None, name: str) -
     Raises:
         InputError: The robot has another number of axes, or a wait is longer than the language can say.
     """
-    steps = steps_of(tree, robot)
+    steps = steps_of(tree, robot, shares=True)
     moves = [step for step in steps.steps if step.kind == "move"]
     if len(steps.start_rad) != len(JOINTS):
         raise InputError(f"teach pendant programs have {len(JOINTS)} axes, the program has {len(steps.start_rad)}")
@@ -48,7 +48,8 @@ def compose_teach_pendant(tree: OperationTree, robot: Robot | None, name: str) -
                 lost.append(f"the speed limit of '{step.name}' is {whole} % instead of {step.percent:g} %")
             if step.radius_m:
                 lost.append(f"the zone of '{step.name}' is CNT100: CNT is not a radius")
-            codes.append(f"J P[{number}:{points[number - 2]}] {whole}% {'CNT100' if step.radius_m else 'FINE'}")
+            zone = "CNT100" if step.radius_m else f"CNT{round(200.0 * step.path_share)}" if step.path_share else "FINE"
+            codes.append(f"J P[{number}:{points[number - 2]}] {whole}% {zone}")
     rows = [f"{at:4d}:{'' if code.startswith('J P[') else '  '}{code} ;" for at, code in enumerate(codes, start=1)]
     angles = degrees_text([steps.start_rad, *(move.target_rad for move in moves)])
     text = [

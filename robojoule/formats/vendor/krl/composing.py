@@ -18,7 +18,7 @@ def compose_krl(tree: OperationTree, robot: Robot | None, name: str) -> Composed
     Raises:
         InputError: The robot has more axes than KRL's.
     """
-    steps = steps_of(tree, robot)
+    steps = steps_of(tree, robot, shares=True)
     moves = [step for step in steps.steps if step.kind == "move"]
     if len(steps.start_rad) > len(AXIS_NAMES):
         raise InputError(f"KRL has {len(AXIS_NAMES)} axes, the program has {len(steps.start_rad)}")
@@ -30,7 +30,7 @@ def compose_krl(tree: OperationTree, robot: Robot | None, name: str) -> Composed
         axes = ",".join(f"{axis} {value}" for axis, value in zip(AXIS_NAMES, values, strict=False))
         data.append(f"DECL E6AXIS X{point}={{{axes}}}")
     lines = ["&ACCESS RVP", "&REL 1", f"DEF {program}( )", "BAS(#INITMOV,0)", "PTP XSTART"]
-    pending, percent, radius = iter(points), 100.0, None
+    pending, percent, radius, share = iter(points), 100.0, None, None
     for step in steps.steps:
         if step.kind == "wait":
             mark = f" {ADDED}: wait added by a plan" if step.added else f" ;{step.name}"
@@ -44,6 +44,10 @@ def compose_krl(tree: OperationTree, robot: Robot | None, name: str) -> Composed
             if step.radius_m and step.radius_m != radius:
                 radius = step.radius_m
                 lines.append(f"$APO.CDIS={plain(1e3 * radius)}")
-            lines.append(f"PTP X{next(pending)}{' C_DIS' if step.radius_m else ''}")
+            if step.path_share and step.path_share != share:
+                share = step.path_share
+                lines.append(f"$APO.CPTP={plain(200.0 * share)}")
+            zone = " C_DIS" if step.radius_m else " C_PTP" if step.path_share else ""
+            lines.append(f"PTP X{next(pending)}{zone}")
     texts = {".src": [*lines, "END"], ".dat": [*data, "ENDDAT"]}
     return Composed({suffix: "".join(f"{line}\r\n" for line in text) for suffix, text in texts.items()}, (*steps.lost,))
