@@ -14,8 +14,9 @@ from robojoule.programs.operation_tree import CoarseZone, WaitOperation
 from robojoule.programs.sections import unknown_operations
 from robojoule.robots import load_robot
 from robojoule.robots.rigid_body import Placement
+from robojoule.robots.robot import Payload
 from tests.formats.vendor.checks import assert_plan_holds, in_degrees
-from tests.formats.vendor.krl_text import AT, AT_HOME, CASES, DAT, HOME, TO, Case, inline, spline
+from tests.formats.vendor.krl_text import AT, AT_HOME, CASES, DAT, HOME, LOADS, TO, Case, inline, spline
 
 ROBOT = load_robot("kuka_kr16_r2010_2", payload_kg=8)
 
@@ -200,3 +201,35 @@ def test_any_damage_is_read_or_refused_and_never_changed(tmp_path, seed):
             continue
         program.save(tmp_path / f"d{number}.src")
         assert (tmp_path / f"d{number}.src").read_bytes() == content
+
+
+def test_the_payload_is_that_of_the_program(tmp_path):
+    program = read(tmp_path, LOADS, DAT, ROBOT)
+    assert [payload and payload.mass_kg for payload in program.tree.payloads()] == [4.5, 9.0, 4.5]
+    assert program.tree.payloads()[0].com_m == (0.0, 0.0, 0.08)
+    lighter = simulate(program, load_robot("kuka_kr16_r2010_2"))
+    assert lighter.energy_j == pytest.approx(simulate(program, ROBOT).energy_j)  # what is given counts no more
+    assert_plan_holds(program, ROBOT, tmp_path / "new.src")
+
+
+def test_a_payload_is_given_beside_by_its_number(tmp_path):
+    body = f"BAS(#TOOL,2)\nPTP {HOME}\nPTP {TO}\nPTP {HOME}"
+    program = read(tmp_path, body, robot=ROBOT, beside=Beside(payloads={"2": Payload(6.0)}))
+    assert [payload.mass_kg for payload in program.tree.payloads()] == [6.0, 6.0]
+
+
+def test_a_motion_that_runs_several_times_has_one_speed(tmp_path):
+    body = f"INT I\nPTP {HOME}\nFOR I=1 TO 3\nPTP {TO}\nPTP {HOME}\nENDFOR"
+    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
+    speeds = [move.speed_limit_percent for move in plan.moves]
+    assert speeds == speeds[:2] * 3 and max(speeds) < 100.0
+
+
+def test_blended_motions_are_planned(tmp_path):
+    body = f"BAS(#INITMOV,0)\n$APO.CDIS=50\nPTP {HOME}\nPTP {TO} C_DIS\nPTP {{A1 -20}} C_DIS\nPTP {HOME}"
+    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
+    assert plan.saving_percent > 1.0
+    shares = body.replace("$APO.CDIS=50", "$APO.CPTP=60").replace("C_DIS", "C_PTP")
+    program = read(tmp_path, shares)
+    assert [getattr(move.zone, "path_share", 0) for move in program.moves] == [0.3, 0.3, 0]
+    assert_plan_holds(program, ROBOT, tmp_path / "new.src")

@@ -31,6 +31,7 @@ class Frames:
         self.tool_name = "the tool"
         self.base_name = "the base"
         self.tool_number = ""
+        self.tool_settings = 0
 
     def reset(self) -> None:
         """As after BAS(#INITMOV, 0): the flange in the robot's own base frame."""
@@ -44,6 +45,7 @@ class Frames:
     def set_tool(self, value: Value) -> None:
         """Tool by its number."""
         which = number(value)
+        self.tool_settings += 1
         self.tool_number = "" if which is None else f"{which:g}"
         self.tool, self.tool_name = self._numbered("TOOL_DATA", value, self.beside.tools, self.beside.tool)
 
