@@ -24,6 +24,7 @@ from robojoule.formats.vendor.trace import (
     Trace,
     Unknown,
     Wait,
+    check_bounds,
 )
 from robojoule.formats.vendor.zones import Step, with_ends, zone_of
 from robojoule.inputs import counted
@@ -157,6 +158,7 @@ class _Resolver:
         self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
 
     def _take(self, event: Event, following: Event | None) -> None:
+        check_bounds(event)
         if isinstance(event, Motion):
             self._move(event, following)
         elif isinstance(event, Wait):
