@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from pydantic import ValidationError
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
@@ -27,7 +28,7 @@ from robojoule.formats.vendor.trace import (
     check_bounds,
 )
 from robojoule.formats.vendor.zones import Step, with_ends, zone_of
-from robojoule.inputs import counted
+from robojoule.inputs import counted, shown
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
@@ -159,6 +160,15 @@ class _Resolver:
 
     def _take(self, event: Event, following: Event | None) -> None:
         check_bounds(event)
+        try:
+            self._took(event, following)
+        except ValidationError as error:  # such as a wait of more than a day
+            details = error.errors(include_url=False)[0]
+            said = details["msg"].removeprefix("Value error, ")
+            problem = f"{said[:1].lower()}{said[1:]} (found {shown(details['input'])})"
+            raise InputError(problem, key=f"line {event.line}") from None
+
+    def _took(self, event: Event, following: Event | None) -> None:
         if isinstance(event, Motion):
             self._move(event, following)
         elif isinstance(event, Wait):

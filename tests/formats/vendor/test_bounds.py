@@ -34,3 +34,28 @@ def test_every_number_of_a_program_may_be_beyond_all_bounds(tmp_path, suffix, nu
             except InputError as error:
                 assert len(str(error)) < 300 and str(error).isprintable()
         file.write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "suffix, wait",
+    [
+        (".src", "WAIT SEC 90000"),
+        (".mod", "WaitTime 90000;"),
+        (".ls", "  : WAIT 90000.00(sec) ;"),
+        (".script", "sleep(90000)"),
+    ],
+)
+def test_a_wait_of_more_than_a_day_is_refused_with_its_line(tmp_path, suffix, wait):
+    robot = rj.load_robot(ROBOTS[suffix])
+    home = np.array(robot.home_rad)
+    tree = tree_from_configurations("there", [home, home + 0.3, home], robot.name)
+    move = tree.moves()[0].name
+    path = tmp_path / f"there{suffix}"
+    converted(rj.Program(tree.with_plan({}, waits_after_s={move: 0.5})), path, robot)
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    (place,) = [i for i, line in enumerate(lines) if re.search("wait|sleep", line, re.IGNORECASE)]
+    number = re.match(r"\s*\d+", lines[place])
+    lines[place] = (f"{number[0]}{wait}" if number and suffix == ".ls" else wait) + "\n"
+    path.write_text("".join(lines), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"line {place + 1}: .*less than or equal to 86400"):
+        rj.simulate(rj.load_program(path), robot)
