@@ -69,6 +69,7 @@ class Machine(Flow):
         self.frames = frames
         self.beside = frames.beside
         self.carried: Payload | None = None
+        self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
         self.executions: list[Executed] = []
         self.sets = 0
@@ -262,7 +263,10 @@ class Machine(Flow):
             self.events.append(Load(line.number, payload, what))
 
     def _carry_by_tool(self, line: Line) -> None:
-        """The load that belongs to the present tool's number, if its figures are known."""
+        """The load that belongs to the present tool's number, if its figures are known, where the tool was set."""
+        if self.tool_settings == self.frames.tool_settings:
+            return
+        self.tool_settings = self.frames.tool_settings
         which = self.frames.tool_number
         payload = payload_of(self.variables.values.get(f"LOAD_DATA[{which}]")) or self.beside.payloads.get(which)
         if payload is not None:

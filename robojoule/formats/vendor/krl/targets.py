@@ -31,6 +31,7 @@ class Frames:
         self.tool_name = "the tool"
         self.base_name = "the base"
         self.tool_number = ""
+        self.tool_settings = 0
 
     def reset(self) -> None:
         """As after BAS(#INITMOV, 0): the flange in the robot's own base frame."""
@@ -44,6 +45,7 @@ class Frames:
     def set_tool(self, value: Value) -> None:
         """Tool by its number."""
         which = number(value)
+        self.tool_settings += 1
         self.tool_number = "" if which is None else f"{which:g}"
         self.tool, self.tool_name = self._numbered("TOOL_DATA", value, self.beside.tools, self.beside.tool)
 
@@ -117,7 +119,8 @@ def target_of(
 ) -> tuple[JointTarget | PoseTarget | None, str]:
     """Where a motion ends, or why that is not known."""
     if not isinstance(value, Mapping):
-        return None, f"{what} is not in the program's files"
+        known = frames.beside.positions_rad.get(what.upper())
+        return (None, f"{what} is not in the program's files") if known is None else (JointTarget(known), "")
     relative = kind.endswith("_REL")
     outer = numbers(value, *EXTERNAL_NAMES)
     external = {} if outer is None else {n: v for n, v in zip(EXTERNAL_NAMES, outer, strict=True) if v is not None}
