@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -148,11 +147,11 @@ class VendorSource:
         places: dict[int, list[int]] = {}
         for index, move in enumerate(moves):
             places.setdefault(executions[move.name].motion.statement, []).append(index)
-        in_all = Counter(one.motion.statement for one in executions.values())
+        counts = self.resolution.repeated
         whole = [
             tuple(at)
-            for statement, at in places.items()
-            if len(at) == in_all[statement] and all(moves[index].is_fine for index in at)
+            for at in places.values()
+            if len(at) == counts.get(moves[at[0]].name, 1) and all(moves[index].is_fine for index in at)
         ]
         return max(whole, key=max, default=())
 
