@@ -23,10 +23,12 @@ from robojoule.motion.blend_timing import BlendTiming, BlendVelocities
 from robojoule.motion.corners import Chain, Corners
 from robojoule.motion.dynamics import path_torques
 from robojoule.motion.groups import summed_runs
-from robojoule.motion.inverse import limits_for, lowest_limits
+from robojoule.motion.inverse import limits_for
 from robojoule.motion.simulation import OWN_ENGINES, Engines, MotionPaths, MotionRuns
 from robojoule.motion.time_laws import PathLaw
 from robojoule.robots.robot import Robot
+
+_LEAST_LIMIT = 1e-5  # that counts as one where moves keep their own
 
 
 class BlendedPaths:
@@ -151,7 +153,18 @@ class BlendedPaths:
         alone = self._ends[0] == self._ends[1]
         if alone.all():
             return single
-        return np.where(alone, single, lowest_limits(self.durations, self.minimum_durations()))
+        return np.where(alone, single, self._saturating())
+
+    def _saturating(self) -> Array:
+        """Lowest speed limits at which no limit of a leg binds beyond what bounds the fastest run, shape (M,)."""
+        low, high = (bound[self.corners.leg] for bound in self.move_range)
+        if self.timing.timing.acceleration_share(np.array([0.5]))[0] < 1.0:
+            return np.ones(self.motions)  # a higher limit always gives a higher acceleration
+        peak = self.timing.velocities(high[:, None]).peak[:, 0]
+        needed = np.divide(peak, self.timing.highest, out=np.ones_like(peak), where=self.timing.highest > 0.0)
+        found = np.full(self.motions, _LEAST_LIMIT)
+        np.maximum.at(found, self.corners.chain, np.where(needed > low, np.minimum(needed, 1.0), _LEAST_LIMIT))
+        return np.where(self.moving, found, 1.0)
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations; see `PathTiming`. [-]"""

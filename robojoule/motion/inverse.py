@@ -13,7 +13,6 @@ from robojoule.errors import InputError
 DURATION_TOLERANCE_S = 1e-9
 _BISECTIONS = 60
 _LEAST_LIMIT = 1e-5
-_ROUNDING = 1e-12  # share by which durations of the same run may differ
 
 
 def limits_for(durations: Callable[[Array], Array], wanted_s: ArrayLike, fastest_s: Array, moving: Mask) -> Array:
@@ -41,16 +40,6 @@ def limits_for(durations: Callable[[Array], Array], wanted_s: ArrayLike, fastest
         high, low = np.where(enough, middle, high), np.where(enough, low, middle)
     fastest_runs = target <= fastest_s + DURATION_TOLERANCE_S
     return np.where(fastest_runs | ~moving, 1.0, high)
-
-
-def lowest_limits(durations: Callable[[Array], Array], fastest_s: Array) -> Array:
-    """Lowest speed limits that give the fastest runs; arguments as for `limits_for`, shape (M,). [-]"""
-    low, high = np.full(len(fastest_s), _LEAST_LIMIT), np.ones(len(fastest_s))
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2.0
-        enough = durations(middle[:, None])[:, 0] <= fastest_s * (1.0 + _ROUNDING)
-        high, low = np.where(enough, middle, high), np.where(enough, low, middle)
-    return high
 
 
 def check_durations(wanted_s: Array, fastest_s: Array) -> None:

@@ -9,6 +9,7 @@ import pytest
 from robojoule.api import optimize, simulate
 from robojoule.errors import InputError
 from robojoule.formats.program import load_program
+from robojoule.formats.vendor.controller_data import read_controller_data
 from robojoule.formats.vendor.trace import Beside
 from robojoule.programs.operation_tree import CoarseZone, WaitOperation
 from robojoule.programs.sections import unknown_operations
@@ -233,3 +234,22 @@ def test_blended_motions_are_planned(tmp_path):
     program = read(tmp_path, shares)
     assert [getattr(move.zone, "path_share", 0) for move in program.moves] == [0.3, 0.3, 0]
     assert_plan_holds(program, ROBOT, tmp_path / "new.src")
+
+
+def test_a_plain_motion_behind_a_fold_does_not_keep_its_data(tmp_path):
+    dat = DAT.replace("PPDAT1={VEL 60.0", "PPDAT1={VEL 90.0")
+    body = inline("HOME") + inline("P1", 90, data="PPDAT1") + "PTP {A1 5}\nPTP XHOME\n"
+    plan, _ = assert_plan_holds(read(tmp_path, body, dat), ROBOT, tmp_path / "new.src")
+    assert f"PPDAT1={{VEL {plan.moves[0].speed_limit_percent:.1f},ACC" in (tmp_path / "new.dat").read_text()
+
+
+def test_positions_that_live_in_the_controller_are_given_beside(tmp_path):
+    data = tmp_path / "controller.yaml"
+    data.write_text("format: robojoule-controller-data\nversion: 1\npositions_deg: {xstand: [10, -80, 80, 0, 20, 0]}\n")
+    source = tmp_path / "job.src"
+    source.write_text("DEF job()\nPTP XSTAND\nPTP {A1 30}\nPTP XSTAND\nEND\n")
+    with pytest.raises(InputError, match="XSTAND is not in the program's files"):
+        load_program(source).for_robot(ROBOT)
+    program = load_program(source, beside=read_controller_data(data)).for_robot(ROBOT)
+    found = np.degrees(program.tree.configurations_rad()).round(9).tolist()
+    assert found == [[10, -80, 80, 0, 20, 0], [30, -80, 80, 0, 20, 0], [10, -80, 80, 0, 20, 0]]

@@ -182,7 +182,9 @@ class KrlProgram:
                     users[number.origin].add(statement)
                     values[number.origin] = number.value
         found = {}
-        for span, statements in users.items():
+        for span, all_users in users.items():
+            # A plain motion behind a fold finds that fold's data still named, but goes by the speed that was set.
+            statements = {one for one in all_users if one in self._folds} or all_users
             wanted = {wishes[one].percent if one in wishes else None for one in statements}
             in_step = all(settings[one].percent == values[span] for one in statements)
             if in_step and len(wanted) == 1 and (percent := wanted.pop()) is not None:

@@ -119,7 +119,8 @@ def target_of(
 ) -> tuple[JointTarget | PoseTarget | None, str]:
     """Where a motion ends, or why that is not known."""
     if not isinstance(value, Mapping):
-        return None, f"{what} is not in the program's files"
+        known = frames.beside.positions_rad.get(what.upper())
+        return (None, f"{what} is not in the program's files") if known is None else (JointTarget(known), "")
     relative = kind.endswith("_REL")
     outer = numbers(value, *EXTERNAL_NAMES)
     external = {} if outer is None else {n: v for n, v in zip(EXTERNAL_NAMES, outer, strict=True) if v is not None}
