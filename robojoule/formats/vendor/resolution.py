@@ -41,6 +41,7 @@ from robojoule.programs.operation_tree import (
 )
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.vendor_frames import payload_of_vendor
 
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
@@ -210,6 +211,8 @@ class _Resolver:
         payload = event.payload
         if self.start is None or payload is None:
             return
+        if self.robot is not None:
+            payload = payload_of_vendor(self.robot, payload)
         moments = payload.inertia_kg_m2
         inertia = six_moments(moments) if moments is not None else None
         name = self._number("payload")
