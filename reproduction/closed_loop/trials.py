@@ -167,7 +167,7 @@ class TreeOfMachine:
         return told | {
             "promised_saving_percent": saving,
             "promise_held": low <= real <= high,
-            "late_probability": late_probability(wanted_s - planned_s, deviation),
+            "late_probability": late_probability(wanted_s - planned_s, deviation, wanted_s),
             "late_with_reserve_percent": self._late(first + kept, wanted_s),
             "second_limit_percent": 100.0 * float(runs.speed_limits[len(self.rows)]),
             "rule": profiles.rule,

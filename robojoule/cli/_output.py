@@ -63,7 +63,10 @@ def show_outlook(result: dict[str, Any]) -> None:
         return
     if outlook["late_probability"] is not None:
         deviation, late = 1e3 * outlook["cycle_deviation_s"], 100.0 * outlook["late_probability"]
-        print(f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late in {late:.2g} % of such plans")
+        print(
+            f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late (by more than 0.01 %) in "
+            f"{late:.2g} % of such plans"
+        )
     if outlook["saving_low_percent"] is not None:
         low, high = outlook["saving_low_percent"], outlook["saving_high_percent"]
         print(f"saving against the program as given: {low:.1f} to {high:.1f} % (90 % interval)")

@@ -156,7 +156,7 @@ def plan_on_measurements(
     outlook = Outlook(
         rule=profiles.rule,
         cycle_deviation_s=deviation,
-        late_probability=late_probability(slack_s + reserve_s, deviation),
+        late_probability=late_probability(slack_s + reserve_s, deviation, wanted_s),
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )

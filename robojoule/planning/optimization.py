@@ -165,7 +165,7 @@ def _outlook(
         # Errors of single motions are taken as independent; what all motions share is not known.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
-        late = late_probability(max(slack, kept_s), deviation)
+        late = late_probability(max(slack, kept_s), deviation, run.cycle_time_s)
     low = high = None
     if isinstance(source, PredictedProfiles) and energy_given_j > 0.0:
         margin_j = _interpolated(source, source.cautious_j - source.energy_j, run.speed_limits).sum()

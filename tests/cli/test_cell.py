@@ -103,7 +103,7 @@ def test_a_cell_of_robots_is_planned_checked_and_drawn(tmp_path, monkeypatch, ca
     monkeypatch.chdir(tmp_path)
     assert main(["example", "robot_cell.yaml"]) == 0
     capsys.readouterr()
-    words = ["cell", "solve", "robot_cell.yaml", "--gap", "1", "--quiet"]
+    words = ["cell", "solve", "robot_cell.yaml", "--gap", "1", "--quiet", "--time-limit", "900"]
     assert main([*words, "--out", "plan.json", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["programs"] == ["plan.loader.yaml", "plan.welder.yaml", "plan.unloader.yaml"]

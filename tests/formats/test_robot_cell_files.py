@@ -82,6 +82,10 @@ FAULTS = {
         ),
         "joint",
     ),
+    "unknown length": (
+        lambda data: data["robots"][0]["program"]["operations"].append({"type": "unknown", "name": "signal"}),
+        "nobody knows how long operation 'signal' takes",
+    ),
     "last move": (
         robot({"alternatives": [{"move": "home", "given": "a", "poses_deg": {"b": [0, -90, 90, 0, 0, 0]}}]}),
         "must end where it starts",

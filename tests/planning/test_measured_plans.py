@@ -50,7 +50,7 @@ def test_a_reserve_is_a_wait_at_the_end_and_makes_lateness_unlikely(case):
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, reserve="1%")
     assert plan.reserve_s == pytest.approx(0.01 * asked)
     assert plan.moves[-1].wait_after_s >= plan.reserve_s - WAIT_STEP_S
-    assert plan.outlook.late_probability < 0.02
+    assert plan.outlook.late_probability < 0.05
     assert asked - WAIT_STEP_S * len(plan.moves) <= plan.cycle_time_s <= asked + 1e-9
 
 

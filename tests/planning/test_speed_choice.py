@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from robojoule.planning.speed_choice import (
     cautious_energies,
@@ -61,10 +62,12 @@ def test_a_plan_that_is_the_program_as_given_saves_nothing_for_sure(profiles):
 
 
 def test_probabilities_of_being_late():
-    assert late_probability(0.0, 0.01) == pytest.approx(0.5)
-    assert late_probability(0.016449, 0.01) == pytest.approx(0.05, rel=1e-3)
-    assert late_probability(0.01, 0.0) == 0.0
-    assert late_probability(-0.01, 0.0) == 1.0
+    for margin in (-0.01, 0.0, 0.004, 0.016, 0.1):
+        tail = stats.t.sf((margin + 1e-4 * 5.0) / 0.01, 2, loc=-0.19, scale=0.67)
+        assert late_probability(margin, 0.01, 5.0) == pytest.approx(tail, rel=1e-9)
+    assert late_probability(0.01, 0.0, 5.0) == 0.0
+    assert late_probability(-4e-4, 0.0, 5.0) == 0.0  # not noticed
+    assert late_probability(-6e-4, 0.0, 5.0) == 1.0
 
 
 def test_a_controller_takes_multiples_of_its_step_and_full_speed():

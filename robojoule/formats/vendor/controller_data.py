@@ -53,6 +53,9 @@ class ControllerData(Document):
     tools: dict[str, FrameFile] = Field(default_factory=dict, description="Tools by number or name.")
     bases: dict[str, FrameFile] = Field(default_factory=dict, description="Bases (user frames) by number or name.")
     payloads: dict[str, PayloadFile] = Field(default_factory=dict, description="Payloads by number or name.")
+    positions_deg: dict[str, list[float]] = Field(
+        default_factory=dict, description="Joint positions by name (XHOME, PR[1]), as the pendant shows them. [deg]"
+    )
     still: list[str] = Field(
         default_factory=list, description="Programs, macros and routines of other files that do not move the robot."
     )
@@ -74,6 +77,9 @@ def read_controller_data(path: str | Path) -> Beside:
         bases={name: one.placement() for name, one in data.bases.items()},
         payloads={name: one.payload() for name, one in data.payloads.items()},
         waits_s=waits,
+        positions_rad={
+            name.upper(): tuple(math.radians(angle) for angle in one) for name, one in data.positions_deg.items()
+        },
         still=frozenset(name.upper() for name in data.still),
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
+from robojoule.formats.vendor.repetition import six_moments, tied
 from robojoule.formats.vendor.speed_limits import Execution, SpeedLimits
 from robojoule.formats.vendor.trace import (
     CycleStart,
@@ -24,7 +25,7 @@ from robojoule.formats.vendor.trace import (
     Unknown,
     Wait,
 )
-from robojoule.formats.vendor.zones import with_ends, zone_of
+from robojoule.formats.vendor.zones import Step, with_ends, zone_of
 from robojoule.inputs import counted
 from robojoule.programs.operation_tree import (
     FORMAT,
@@ -32,11 +33,12 @@ from robojoule.programs.operation_tree import (
     LEAST_SPEED_PERCENT,
     MoveOperation,
     OperationTree,
+    PayloadOperation,
     UnknownOperation,
     WaitOperation,
 )
 from robojoule.robots.pendant_file import Angles
-from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Payload, Robot
 
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
@@ -104,21 +106,25 @@ class _Resolver:
         self.labels = Counter(event.label for event in trace.events if isinstance(event, Motion))
         self.cycles = False
         self.lost_line = 0
+        self.last_load: Load | None = None
         self._begin(None, 0)
 
     def _begin(self, start: Position | None, line: int) -> None:
         """The cycle begins here; what came before happens once."""
-        self.start, self.start_line = start, line
-        self.operations: list[MoveOperation | WaitOperation | UnknownOperation] = []
+        self.start: Position | None = None
+        self.start_line = line
+        self.operations: list[Step] = []
         self.lines: list[int] = []
         self.executions: dict[str, Execution] = {}
         self.added: dict[tuple[str, bool], list[Wait]] = {}
         self.first_waits: list[Wait] = []
         self.numbers: Counter[str] = Counter()
+        if start is not None:
+            self._start(start, line)
 
     def resolution(self) -> Resolution:
         """The tree and what is to be known of it."""
-        events = self.trace.events
+        events = self._with_known_loads()
         if sum(isinstance(event, Motion) for event in events) > MOST_MOTIONS:
             raise InputError("the program moves too often", allowed=f"{MOST_MOTIONS} motions")
         for index, event in enumerate(events):
@@ -128,13 +134,14 @@ class _Resolver:
             kept = next(iter(self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
+        operations = tied(with_ends(self.operations), self.executions, self._note)
         tree = OperationTree(
             format=FORMAT,
             version=FORMAT_VERSION,
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=with_ends(self.operations),
+            operations=operations,
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
@@ -164,7 +171,41 @@ class _Resolver:
             self.position = self.position if self.entry is None else self.entry
             self._begin(self.position, event.line)
         elif isinstance(event, Load):
-            self._note(event.line, f"{event.what or 'the payload'}: one payload is taken for the whole cycle")
+            self._load(event)
+
+    # Payloads
+
+    def _with_known_loads(self) -> list[Event]:
+        """The events, with changes of payload alone where there is one whose figures are known."""
+        found: list[Event] = []
+        carried: Payload | None = None
+        for event in self.trace.events:
+            if not isinstance(event, Load):
+                found.append(event)
+            elif event.payload is None:
+                self._note(event.line, f"{event.what or 'the payload'} is not known: what was carried before counts on")
+            elif event.payload != carried:
+                carried = event.payload
+                found.append(event)
+        return found
+
+    def _load(self, event: Load) -> None:
+        """What the robot carries from here on; before the cycle begins, from its beginning on."""
+        self.last_load = event
+        payload = event.payload
+        if self.start is None or payload is None:
+            return
+        moments = payload.inertia_kg_m2
+        inertia = six_moments(moments) if moments is not None else None
+        name = self._number("payload")
+        carried = PayloadOperation(name=name, mass_kg=payload.mass_kg, com_m=payload.com_m, inertia_kg_m2=inertia)
+        self._append(carried, event.line)
+
+    def _start(self, position: Position, line: int) -> None:
+        """The cycle starts here."""
+        self.start, self.start_line = position, line
+        if self.last_load is not None:
+            self._load(self.last_load)
 
     # Waits
 
@@ -178,7 +219,7 @@ class _Resolver:
         elif event.duration_s > 0.0 and self.start is not None:
             self._append(WaitOperation(name=self._number("wait"), duration_s=event.duration_s), event.line)
 
-    def _append(self, operation: MoveOperation | WaitOperation | UnknownOperation, line: int) -> None:
+    def _append(self, operation: Step, line: int) -> None:
         self.operations.append(operation)
         self.lines.append(line)
 
@@ -218,7 +259,7 @@ class _Resolver:
         """A motion from where nobody knows: its end is known."""
         self.position = target
         if self.start is None:
-            self.start, self.start_line = target, motion.line
+            self._start(target, motion.line)
             self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
             return
         self._keep(motion, "it starts at an unknown position")
@@ -243,9 +284,6 @@ class _Resolver:
         if percent is None:
             self._append(UnknownOperation(name=self._number("unknown"), target_rad=execution.target_rad), motion.line)
             return
-        if self.repeated[motion.statement] > 1:
-            self._note(motion.line, f"the motion runs {self.repeated[motion.statement]} times: its speed is kept")
-            is_fixed = True
         move = MoveOperation(
             name=self._move_name(motion),
             target_rad=execution.target_rad,

@@ -19,7 +19,7 @@ TOOL_ACCELERATION_M_S2 = 2.0  # of path motions whose program does not say: what
 TOOL_TURN_RAD_S = math.pi  # likewise, of turns of the tool
 TOOL_TURN_RAD_S2 = 4.0 * math.pi
 _SNAP_PERCENT = 2e-4  # what a program's digits leave of a whole percent
-_SNAP_DURATION = 1e-3  # and of one that was found by its duration
+_SNAP_DURATION = 2e-4  # and of one that was found by its duration
 _LEAST_TRAVEL_RAD = 1e-9
 _PLACES = 129  # along a motion, at which the speed of its tool is looked at
 

@@ -226,6 +226,7 @@ class Beside:
         bases: Bases (user frames, work objects) by their numbers or names.
         payloads: Payloads by their numbers or names.
         waits_s: Durations of waits that the file does not say, by their line. [s]
+        positions_rad: Joint positions as the pendant shows them, by their names in capitals (XHOME, PR[1]). [rad]
         still: Programs and routines of other files that do not move the robot, by their names in capitals.
     """
 
@@ -235,6 +236,7 @@ class Beside:
     bases: Mapping[str, Placement] = field(default_factory=dict)
     payloads: Mapping[str, Payload] = field(default_factory=dict)
     waits_s: Mapping[int, float] = field(default_factory=dict)
+    positions_rad: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     still: frozenset[str] = frozenset()
 
 

@@ -9,6 +9,7 @@ from robojoule.formats.vendor.trace import Event, Motion
 from robojoule.programs.operation_tree import (
     CoarseZone,
     MoveOperation,
+    PayloadOperation,
     ShareZone,
     UnknownOperation,
     WaitOperation,
@@ -16,7 +17,7 @@ from robojoule.programs.operation_tree import (
 
 LEAST_RADIUS_M = 1e-6
 HALF_OF_A_PATH = 0.5  # what vendors count shares of: a corner takes half of a motion at most
-Step = MoveOperation | WaitOperation | UnknownOperation
+Step = MoveOperation | WaitOperation | PayloadOperation | UnknownOperation
 
 
 def zone_of(motion: Motion, following: Event | None) -> CoarseZone | ShareZone | Literal["fine"]:

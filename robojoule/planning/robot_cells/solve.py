@@ -22,7 +22,7 @@ from robojoule.planning.robot_cells.cell_run import CellRun, simulate_cell
 from robojoule.planning.robot_cells.plan import RobotCellPlan
 from robojoule.planning.robot_cells.power import keep_apart, within_power
 from robojoule.planning.robot_cells.shared_space import Pairs
-from robojoule.planning.robot_cells.speeds import Runs, whole_runs
+from robojoule.planning.robot_cells.speeds import Runs, exact_runs, whole_runs
 from robojoule.planning.robot_cells.timeline import Timeline
 from robojoule.planning.robot_cells.written import written_programs
 from robojoule.programs.cell import Cell
@@ -33,6 +33,7 @@ GAP_PERCENT = 0.1
 _SHARE_OF_SPEEDS = 0.6  # of the time, for the plan on continuous speeds
 _SEARCH_SHARE = 0.2  # of the gap asked for that is left to each of the two searches
 _LEAST_S, _AFTER_STOP_S = 2.0, 10.0  # for the plan in whole percents, whatever is left, and after a stop
+NOT_WHOLE = "no plan in whole percents of speed was found in time: speed limits are exact, round none of them down"
 _MOST_CUTS = 60  # rounds in which activities are kept apart for their power
 
 
@@ -113,8 +114,14 @@ class Search:
         smooth_cell = self.work.cell_of(self.work.convex)
         searching = monotonic()
         smooth = self._solve(smooth_cell, _SHARE_OF_SPEEDS * self.time_limit_s)
-        runs, whole = self._whole(smooth, searching + self.time_limit_s)
-        programs, starts = written_programs(self.work, runs, whole)
+        warnings: tuple[str, ...] = ()
+        try:
+            runs, plan = self._whole(smooth, searching + self.time_limit_s)
+        except PlanningError:
+            if self.work.cell.peak_power_w is not None:
+                raise
+            runs, plan, warnings = exact_runs(self.work, smooth), smooth, (NOT_WHOLE,)
+        programs, starts = written_programs(self.work, runs, plan)
         run = simulate_cell(self.work.cell, programs, starts, self.work.arms)
         bound = min(smooth.bound_j + self.work.process_j, run.energy_j)
         near = run.energy_j - bound <= 0.01 * self.gap_percent * run.energy_j
@@ -127,6 +134,7 @@ class Search:
             sum(_waiting_j(line, self.work.cell.cycle_time_s) for line in given),
             self.work.profiles,
             monotonic() - began,
+            warnings,
         )
 
     def _solve(self, cell: Cell, seconds: float) -> CellPlan:
@@ -180,7 +188,7 @@ def _waiting_j(line: Timeline, cycle_time_s: float) -> float:
 
 def _told(found: RobotCellPlan, cell: RobotCell, guard: Guard) -> RobotCellPlan:
     """The plan with its torques checked and everything to know about it."""
-    programs, runs, warnings = [], [], []
+    programs, runs, warnings = [], [], [*found.warnings]
     for placed, program, run in zip(cell.robots, found.programs, found.run.runs, strict=True):
         judged, known = guard.judged(run, program, placed.program, placed.robot)
         programs.append(program)

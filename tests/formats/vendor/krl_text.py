@@ -289,3 +289,16 @@ CASES = {
         robot=True,
     ),  # type: ignore[list-item]
 }
+
+LOADS = """\
+LOAD_DATA[1]={M 4.5,CM {X 0,Y 0,Z 80,A 0,B 0,C 0},J {X 0.1,Y 0.1,Z 0.05}}
+BAS(#TOOL,1)
+PTP XHOME
+LOOP
+PTP XP1
+$LOAD={M 9,CM {X 0,Y 0,Z 100},J {X 0,Y 0,Z 0}}
+PTP XP2
+$LOAD=LOAD_DATA[1]
+PTP XHOME
+ENDLOOP
+"""

@@ -30,3 +30,10 @@ def test_rapid_programs_of_an_arm_given_by_urdf(tmp_path):
         assert found.broken == []
         savings.append(found.saving_percent)
     assert max(savings) > 1.0
+
+
+@pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_r2000ic_165f", "ur_ur5e"])
+def test_programs_with_zones(tmp_path, name):
+    robot = load_robot(name, payload_kg=0.5 * load_robot(name).file.rated_payload_kg)
+    found = outcome(robot, SUFFIXES[robot.vendor], tmp_path, moves=MOVES + 1, seed=7, longer=LONGER[1], coarse=0.8)
+    assert found.broken == []

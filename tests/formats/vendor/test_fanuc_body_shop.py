@@ -4,6 +4,7 @@ with blocks of their own below motions, payloads, a tool of the controller and a
 import numpy as np
 import pytest
 
+from robojoule.api import optimize, simulate
 from robojoule.checks import model_program
 from robojoule.formats.program import load_program
 from robojoule.formats.vendor.trace import Beside
@@ -75,3 +76,21 @@ def test_places_of_the_gun_become_the_joint_angles_that_they_were_made_of(body_s
     program.save(path.with_name("copy.ls"))
     assert path.with_name("copy.ls").read_bytes() == path.read_bytes()
     assert not any("kept as it is" in note and "first" not in note for note in program.notes)
+
+
+def test_the_mostly_blended_program_is_planned_and_planned_again_as_it_is(body_shop):
+    robot, path = body_shop
+    program = load_program(path, robot, beside=BESIDE)
+    run = simulate(program, robot)
+    plan = optimize(program, robot, cycle_time="+10%")
+    assert plan.energy_j <= plan.energy_given_j * (1 + 1e-6)
+    assert plan.saving_percent > 1.0
+    assert 1.1 * run.cycle_time_s - 0.011 < plan.cycle_time_s < 1.1 * run.cycle_time_s + 1e-6  # waits are 0.01 s
+    plan.save(path.with_name("plan.ls"))
+    old, new = path.read_bytes().split(b"\r\n"), path.with_name("plan.ls").read_bytes().split(b"\r\n")
+    if len(old) == len(new):
+        assert all(a.split(b"%")[1:] == b.split(b"%")[1:] for a, b in zip(old, new, strict=True) if a != b)
+    written_program = load_program(path.with_name("plan.ls"), robot, beside=BESIDE)
+    assert simulate(written_program, robot).cycle_time_s <= plan.cycle_time_s + 1e-6
+    again = optimize(written_program, robot, cycle_time=1.1 * run.cycle_time_s)
+    assert again.program.diff() == ""

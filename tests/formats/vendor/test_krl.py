@@ -9,13 +9,15 @@ import pytest
 from robojoule.api import optimize, simulate
 from robojoule.errors import InputError
 from robojoule.formats.program import load_program
+from robojoule.formats.vendor.controller_data import read_controller_data
 from robojoule.formats.vendor.trace import Beside
 from robojoule.programs.operation_tree import CoarseZone, WaitOperation
 from robojoule.programs.sections import unknown_operations
 from robojoule.robots import load_robot
 from robojoule.robots.rigid_body import Placement
+from robojoule.robots.robot import Payload
 from tests.formats.vendor.checks import assert_plan_holds, in_degrees
-from tests.formats.vendor.krl_text import AT, AT_HOME, CASES, DAT, HOME, TO, Case, inline, spline
+from tests.formats.vendor.krl_text import AT, AT_HOME, CASES, DAT, HOME, LOADS, TO, Case, inline, spline
 
 ROBOT = load_robot("kuka_kr16_r2010_2", payload_kg=8)
 
@@ -200,3 +202,54 @@ def test_any_damage_is_read_or_refused_and_never_changed(tmp_path, seed):
             continue
         program.save(tmp_path / f"d{number}.src")
         assert (tmp_path / f"d{number}.src").read_bytes() == content
+
+
+def test_the_payload_is_that_of_the_program(tmp_path):
+    program = read(tmp_path, LOADS, DAT, ROBOT)
+    assert [payload and payload.mass_kg for payload in program.tree.payloads()] == [4.5, 9.0, 4.5]
+    assert program.tree.payloads()[0].com_m == (0.0, 0.0, 0.08)
+    lighter = simulate(program, load_robot("kuka_kr16_r2010_2"))
+    assert lighter.energy_j == pytest.approx(simulate(program, ROBOT).energy_j)  # what is given counts no more
+    assert_plan_holds(program, ROBOT, tmp_path / "new.src")
+
+
+def test_a_payload_is_given_beside_by_its_number(tmp_path):
+    body = f"BAS(#TOOL,2)\nPTP {HOME}\nPTP {TO}\nPTP {HOME}"
+    program = read(tmp_path, body, robot=ROBOT, beside=Beside(payloads={"2": Payload(6.0)}))
+    assert [payload.mass_kg for payload in program.tree.payloads()] == [6.0, 6.0]
+
+
+def test_a_motion_that_runs_several_times_has_one_speed(tmp_path):
+    body = f"INT I\nPTP {HOME}\nFOR I=1 TO 3\nPTP {TO}\nPTP {HOME}\nENDFOR"
+    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
+    speeds = [move.speed_limit_percent for move in plan.moves]
+    assert speeds == speeds[:2] * 3 and max(speeds) < 100.0
+
+
+def test_blended_motions_are_planned(tmp_path):
+    body = f"BAS(#INITMOV,0)\n$APO.CDIS=50\nPTP {HOME}\nPTP {TO} C_DIS\nPTP {{A1 -20}} C_DIS\nPTP {HOME}"
+    plan, _ = assert_plan_holds(read(tmp_path, body), ROBOT, tmp_path / "new.src")
+    assert plan.saving_percent > 1.0
+    shares = body.replace("$APO.CDIS=50", "$APO.CPTP=60").replace("C_DIS", "C_PTP")
+    program = read(tmp_path, shares)
+    assert [getattr(move.zone, "path_share", 0) for move in program.moves] == [0.3, 0.3, 0]
+    assert_plan_holds(program, ROBOT, tmp_path / "new.src")
+
+
+def test_a_plain_motion_behind_a_fold_does_not_keep_its_data(tmp_path):
+    dat = DAT.replace("PPDAT1={VEL 60.0", "PPDAT1={VEL 90.0")
+    body = inline("HOME") + inline("P1", 90, data="PPDAT1") + "PTP {A1 5}\nPTP XHOME\n"
+    plan, _ = assert_plan_holds(read(tmp_path, body, dat), ROBOT, tmp_path / "new.src")
+    assert f"PPDAT1={{VEL {plan.moves[0].speed_limit_percent:.1f},ACC" in (tmp_path / "new.dat").read_text()
+
+
+def test_positions_that_live_in_the_controller_are_given_beside(tmp_path):
+    data = tmp_path / "controller.yaml"
+    data.write_text("format: robojoule-controller-data\nversion: 1\npositions_deg: {xstand: [10, -80, 80, 0, 20, 0]}\n")
+    source = tmp_path / "job.src"
+    source.write_text("DEF job()\nPTP XSTAND\nPTP {A1 30}\nPTP XSTAND\nEND\n")
+    with pytest.raises(InputError, match="XSTAND is not in the program's files"):
+        load_program(source).for_robot(ROBOT)
+    program = load_program(source, beside=read_controller_data(data)).for_robot(ROBOT)
+    found = np.degrees(program.tree.configurations_rad()).round(9).tolist()
+    assert found == [[10, -80, 80, 0, 20, 0], [30, -80, 80, 0, 20, 0], [10, -80, 80, 0, 20, 0]]

@@ -7,7 +7,7 @@ from reproduction.study.config import PlanCellsParams
 from tests.planning.robot_cells.cases import three
 
 PARAMS = PlanCellsParams(
-    cells=["robot_cell.yaml"], cycle_times_percent=[120], gap_percent=1.0, time_limit_s=120.0, seed=0
+    cells=["robot_cell.yaml"], cycle_times_percent=[120], gap_percent=1.0, time_limit_s=900.0, seed=0
 )
 
 

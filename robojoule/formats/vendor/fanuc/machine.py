@@ -196,6 +196,9 @@ class Machine:
 
     def _target(self, point: str, label: str) -> tuple[JointTarget | PoseTarget | None, str]:
         if point.startswith("PR"):
+            known = self.frames.beside.positions_rad.get(f"PR[{_inside(point)}]")
+            if known is not None:
+                return JointTarget(known), ""
             return None, f"{label} is a register of the controller"
         number = self.registers.amount(_inside(point))
         if number is None:

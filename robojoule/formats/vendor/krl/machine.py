@@ -10,11 +10,19 @@ from lark import Token, Tree
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
 from robojoule.formats.vendor.krl.syntax import Routine
-from robojoule.formats.vendor.krl.targets import Frames, blend_of, path_speed_of, speed_of, target_of
+from robojoule.formats.vendor.krl.targets import (
+    Frames,
+    blend_of,
+    path_speed_of,
+    payload_of,
+    speed_of,
+    target_of,
+)
 from robojoule.formats.vendor.lines import Line, Node, first_word, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
 AXES = 6
@@ -43,11 +51,13 @@ class Executed:
         statement: First character of its statement.
         set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
         origin: Where that speed stands as a number; None: nowhere.
+        percent: That speed; None: it is not known. [%]
     """
 
     statement: int
     set_by: int
     origin: Span | None
+    percent: float | None
 
 
 class Machine(Flow):
@@ -57,6 +67,9 @@ class Machine(Flow):
         super().__init__()
         self.routines = {routine.name: routine for routine in routines}
         self.frames = frames
+        self.beside = frames.beside
+        self.carried: Payload | None = None
+        self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
         self.executions: list[Executed] = []
         self.sets = 0
@@ -125,6 +138,7 @@ class Machine(Flow):
         if first.data == "ref" and root_of(first) in ("$AXIS_ACT", "$POS_ACT"):
             return  # to where the robot is
         told = self._told(line, tree)
+        self._carry_by_tool(line)
         values = [value_of(one, line, self.variables) for one in expressions]
         label = "".join(
             line.code[one.meta.start_pos : one.meta.end_pos] for one in expressions[-1:] if one.data == "ref"
@@ -148,7 +162,8 @@ class Machine(Flow):
             setting = self.settings.setdefault(line.code_start, Setting(line, speed.percent))
             setting.percent = speed.percent
             own = vel is not None
-            self.executions.append(Executed(line.code_start, -len(self.executions) - 1 if own else self.sets, origin))
+            set_by = -len(self.executions) - 1 if own else self.sets
+            self.executions.append(Executed(line.code_start, set_by, origin, speed.percent))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
@@ -228,8 +243,8 @@ class Machine(Flow):
             self._frame(root, expression, value, line)
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
             self.frames.define(root, self.variables.values[root])
-        elif root == "$LOAD" or root.startswith("$LOAD."):
-            self.events.append(Load(line.number, None, short(line.code)))
+        elif root == "$LOAD":
+            self._carry(line, payload_of(self.variables.values[root]), short(line.code))
         elif root.startswith(("$OUT", "$ANOUT")) and not continues:
             self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
@@ -240,6 +255,22 @@ class Machine(Flow):
             else None
         )
         self.frames.present(root, path[0] if path else "", self.variables.values[root] if path is None else value)
+
+    def _carry(self, line: Line, payload: Payload | None, what: str) -> None:
+        """What the robot carries, as far as that is news."""
+        if payload != self.carried:
+            self.carried = payload
+            self.events.append(Load(line.number, payload, what))
+
+    def _carry_by_tool(self, line: Line) -> None:
+        """The load that belongs to the present tool's number, if its figures are known, where the tool was set."""
+        if self.tool_settings == self.frames.tool_settings:
+            return
+        self.tool_settings = self.frames.tool_settings
+        which = self.frames.tool_number
+        payload = payload_of(self.variables.values.get(f"LOAD_DATA[{which}]")) or self.beside.payloads.get(which)
+        if payload is not None:
+            self._carry(line, payload, f"LOAD_DATA[{which}]")
 
     def _declare(self, line: Line, tree: Node) -> None:
         for one in tree.find_data("declarator"):

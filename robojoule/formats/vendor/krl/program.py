@@ -53,7 +53,8 @@ class KrlProgram:
         """See `robojoule.formats.vendor.trace.VendorProgram`.
 
         A number is changed where it stands, as far as it sets the speed of the first motion that takes it. Where
-        motions that share it need other speeds, a line before them sets these.
+        motions that share it need other speeds, a line before them sets these. What sets the speed of motions that
+        plans do not reach, or that run at several speeds, is left alone: then a line behind a motion sets it back.
         """
         if not wishes:
             return []
@@ -63,13 +64,14 @@ class KrlProgram:
         edits: dict[Span, Edit] = {}
         in_force: dict[int, float | None] = {}
         first: dict[Span, int] = {}
+        untouched = {one.origin for one in executions if one.set_by in self._protected}
         for one in executions:
-            if one.origin is not None:
-                first.setdefault(one.origin, one.statement)
-            taker = first.get(one.origin, one.statement) if one.origin is not None else one.statement
-            own = one.origin is not None and (one.set_by < 0 or not self._has_bystanders or self._in_fold(one.origin))
-            in_force.setdefault(one.set_by, wanted[taker] if own else settings[one.statement].percent)
-            if own and one.origin is not None and taker in wishes:
+            if one.origin is None or one.origin in untouched:
+                in_force.setdefault(one.set_by, one.percent)
+                continue
+            taker = first.setdefault(one.origin, one.statement)
+            in_force.setdefault(one.set_by, wanted[taker])
+            if taker in wishes:
                 edits[one.origin] = Edit(one.origin, self._number(one.origin, wishes[taker].percent))
         for statement in self._to_insert(in_force, wanted):
             if (percent := wanted[statement]) is not None:
@@ -87,12 +89,39 @@ class KrlProgram:
         while True:
             before, now = len(found), dict(in_force)
             for one in self._machine.executions:
+                if one.statement in self._changing:
+                    continue
                 if one.statement not in found and now[one.set_by] != wanted[one.statement]:
                     found.add(one.statement)
-                if one.statement in found and not self._has_bystanders:
+                if one.statement in found and not self._is_set_back(one.statement):
                     now[one.set_by] = wanted[one.statement]
             if len(found) == before:
                 return sorted(found)
+
+    @cached_property
+    def _changing(self) -> frozenset[int]:
+        """Motions that run at several speeds."""
+        assert self._machine is not None
+        speeds: dict[int, set[float | None]] = defaultdict(set)
+        for one in self._machine.executions:
+            speeds[one.statement].add(one.percent)
+        return frozenset(statement for statement, found in speeds.items() if len(found) > 1)
+
+    @cached_property
+    def _protected(self) -> frozenset[int]:
+        """Settings that must stay: of motions that run at several speeds, or maybe of motions that did not run."""
+        assert self._machine is not None
+        found = set()
+        for one in self._machine.executions:
+            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin))
+            if one.statement in self._changing or (self._has_bystanders and not own):
+                found.add(one.set_by)
+        return frozenset(found)
+
+    def _is_set_back(self, statement: int) -> bool:
+        """Whether a line that sets a motion's speed is followed by one that sets it back."""
+        assert self._machine is not None
+        return any(one.statement == statement and one.set_by in self._protected for one in self._machine.executions)
 
     @cached_property
     def _has_bystanders(self) -> bool:
@@ -121,7 +150,7 @@ class KrlProgram:
         line, end = self._motions[statement], self.sources[0].line_end
         edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{_plain(percent)}){end}")]
         before = self._machine.settings[statement].percent
-        if self._has_bystanders and before is not None:
+        if self._is_set_back(statement) and before is not None:
             text = f"{line.indent}BAS(#VEL_PTP,{_plain(before)})"
             edits.append(self._behind(line, text))
         return edits
@@ -146,7 +175,9 @@ class KrlProgram:
                     users[number.origin].add(statement)
                     values[number.origin] = number.value
         found = {}
-        for span, statements in users.items():
+        for span, all_users in users.items():
+            # A plain motion behind a fold finds that fold's data still named, but goes by the speed that was set.
+            statements = {one for one in all_users if one in self._folds} or all_users
             wanted = {wishes[one].percent if one in wishes else None for one in statements}
             in_step = all(settings[one].percent == values[span] for one in statements)
             if in_step and len(wanted) == 1 and (percent := wanted.pop()) is not None:

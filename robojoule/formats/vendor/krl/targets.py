@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables
 from robojoule.formats.vendor.krl.geometry import frame_of
 from robojoule.formats.vendor.text import Span
@@ -12,6 +13,7 @@ from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, PoseTarge
 from robojoule.formats.vendor.values import Number, Value, number, numbers
 from robojoule.robots.arm_configuration import StatusAndTurn
 from robojoule.robots.rigid_body import Placement
+from robojoule.robots.robot import Payload
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
@@ -28,6 +30,8 @@ class Frames:
         self.base: Placement | None = beside.base
         self.tool_name = "the tool"
         self.base_name = "the base"
+        self.tool_number = ""
+        self.tool_settings = 0
 
     def reset(self) -> None:
         """As after BAS(#INITMOV, 0): the flange in the robot's own base frame."""
@@ -40,6 +44,9 @@ class Frames:
 
     def set_tool(self, value: Value) -> None:
         """Tool by its number."""
+        which = number(value)
+        self.tool_settings += 1
+        self.tool_number = "" if which is None else f"{which:g}"
         self.tool, self.tool_name = self._numbered("TOOL_DATA", value, self.beside.tools, self.beside.tool)
 
     def set_base(self, value: Value) -> None:
@@ -89,12 +96,31 @@ class Frames:
         return " and ".join(name for frame, name in missing if frame is None)
 
 
+def payload_of(value: Value) -> Payload | None:
+    """A LOAD: mass in kg, centre of mass on the flange in mm, inertia in kg m2; None where it is not known."""
+    mass = number(value.get("M")) if isinstance(value, Mapping) else None
+    if mass is None or mass < 0.0:
+        return None
+    center, inertia = value.get("CM"), value.get("J")
+    place = numbers(center, "X", "Y", "Z") if isinstance(center, Mapping) else (0.0, 0.0, 0.0)
+    about = numbers(inertia, "X", "Y", "Z") if isinstance(inertia, Mapping) else (0.0, 0.0, 0.0)
+    if place is None or about is None:
+        return None
+    x, y, z = ((one or 0.0) / 1e3 for one in place)
+    moments = tuple(one or 0.0 for one in about)
+    try:
+        return Payload(mass, (x, y, z), moments if any(moments) else None)
+    except InputError:
+        return None
+
+
 def target_of(
     kind: str, value: Value, frames: Frames, what: str, in_tool: bool
 ) -> tuple[JointTarget | PoseTarget | None, str]:
     """Where a motion ends, or why that is not known."""
     if not isinstance(value, Mapping):
-        return None, f"{what} is not in the program's files"
+        known = frames.beside.positions_rad.get(what.upper())
+        return (None, f"{what} is not in the program's files") if known is None else (JointTarget(known), "")
     relative = kind.endswith("_REL")
     outer = numbers(value, *EXTERNAL_NAMES)
     external = {} if outer is None else {n: v for n, v in zip(EXTERNAL_NAMES, outer, strict=True) if v is not None}
