@@ -149,7 +149,7 @@ def check_points(points: object) -> None:
     """Refuse a number of speed limits that a profile cannot have.
 
     Raises:
-        InputError: It is no whole number, or out of range.
+        InputError: It is not a whole number, or out of range.
     """
     if not isinstance(points, Integral) or not 2 <= int(points) <= MOST_POINTS:
         allowed = f"a whole number from 2 to {MOST_POINTS}"
