@@ -105,7 +105,8 @@ def _run(layout: Layout, *words: str) -> None:
     done = subprocess.run(
         [sys.executable, *words],
         cwd=layout.root,
-        env={**os.environ, **prefect_environment(layout)},
+        # prefect.yaml writes PWD into the deployments: a process started here would pass on that of its own start.
+        env={**os.environ, **prefect_environment(layout), "PWD": str(layout.root.resolve())},
         capture_output=True,
         text=True,
         check=False,

@@ -80,6 +80,9 @@ def below(project: Path) -> list[psutil.Process]:
 def test_nights_failures_and_kills(project: Path, ports: dict[str, str]):  # noqa: F811
     runs = Runs(ports["PREFECT_SERVER_API_PORT"])
     desk(project, "up")
+    for deployment in post(runs.api, "deployments/filter", {}):
+        (step,) = deployment["pull_steps"]
+        assert step["prefect.deployments.steps.set_working_directory"]["directory"] == str(project)
 
     # A night by its schedule: every stage runs again in a clone, and nothing differs from what is committed.
     soon = datetime.now(UTC) + timedelta(seconds=15)
