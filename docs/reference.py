@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 from typing import Any
 
 from mkdocs.structure.files import File, Files
@@ -20,6 +21,17 @@ def on_files(files: Files, config: Any) -> Files:
     for name, text in (("commands", commands()), ("library", library())):
         files.append(File.generated(config, f"reference/{name}.md", content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Name files of the repository that are not pages, where a page links to them."""
+    depth = page.file.src_uri.count("/") + 1
+    return re.sub(rf"\[([^\]]*)\]\(((?:\.\./){{{depth},}}[^)]*)\)", _named, markdown)
+
+
+def _named(link: re.Match[str]) -> str:
+    path = link[2].replace("../", "")
+    return link[1] if path in link[1] else f"{link[1]} (`{path}`)"
 
 
 def commands() -> str:

@@ -11,16 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from robojoule.arrays import as_array
-from robojoule.calls import also_cells, finite
+from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
     checked_batch,
     checked_robot,
     checked_runs,
+    checked_step,
     known_program,
     model_program,
     moving_batch,
@@ -37,9 +34,9 @@ from robojoule.planning.optimization import Profiles, Wish, checked_profiles, pl
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
-from robojoule.planning.whole_speeds import SPEED_STEP_PERCENT, check_speed_step
-from robojoule.profile.energy_profile import EnergyProfile, simulated_profile
+from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.profile.predictor_file import load_profile_predictor
+from robojoule.profiling import energy_profile as energy_profile
 from robojoule.programs.tree_check import robot_warnings
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
@@ -54,13 +51,14 @@ if TYPE_CHECKING:
 
 @also_cells
 @finite
+@in_sections
 def optimize(
     program: Program,
     robot: Robot,
     *,
     cycle_time: float | str,
     allow_faster: bool = False,
-    speed_step: float = SPEED_STEP_PERCENT,
+    speed_step: float | None = None,
     reserve: float | str = 0.0,
     profiles: Profiles | None = None,
     model: str | Path | None = None,
@@ -84,9 +82,11 @@ def optimize(
         program: What the robot does in a cycle.
         robot: Robot with its payload.
         cycle_time: Seconds (7.5), or a share above the cycle time of the program as given, all its waits and its speed
-            limits included ("+10%").
+            limits included ("+10%"). Where nobody knows how long a part takes, a share, which each section between
+            such parts keeps.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
-        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. [%]
+        speed_step: Step of speed limits that the controller takes; a given speed limit may stay as it is. If not given,
+            whole percents, or a tenth where the program's language has speeds or durations. [%]
         reserve: Slack that is kept as a wait at the end of the cycle: seconds (0.1), or a share of it ("1%").
         profiles: Where energies and durations come from: simulated (the default without runs), predicted, or measured
             (the default with runs: of every move, at two speed limits or more).
@@ -106,7 +106,7 @@ def optimize(
         CycleTimeTooShort: The cycle time is shorter than the fastest cycle; names the least feasible one.
         PlanningError: The solver failed.
     """
-    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     program = model_program(as_given, robot)
     at_full_speed = program.tree.without_plan(full_speed=True)
@@ -134,7 +134,7 @@ def adjust(
     measured_cycle: float | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cycle_time: float | str | None = None,
-    speed_step: float = SPEED_STEP_PERCENT,
+    speed_step: float | None = None,
     reserve: float | str = 0.0,
     cautious: bool = False,
     peak_power_w: float | None = None,
@@ -149,8 +149,8 @@ def adjust(
         robot: Robot with its payload, as for the plan.
         measured_cycle: What the cycle took. All motions are taken to be longer, or shorter, by the same share. [s]
         runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
-        cycle_time: Cycle time that is asked for; with a measured cycle, if not given, the one that the plan has by the
-            robot's file. [s]
+        cycle_time: Cycle time that is asked for; if not given, the one that the program was planned for, which plans
+            say in the program (`planned_cycle_s`). [s]
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
@@ -163,16 +163,16 @@ def adjust(
     """
     if (measured_cycle is None) == (runs is None):
         raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
-    step_percent, guard = check_speed_step(speed_step), Guard.of(peak_power_w, allow_overload_percent)
+    step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
+    refuse_sections(as_given, "adjust")
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
     batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
-    asked = cycle_time
+    asked = program.tree.planned_cycle_s if cycle_time is None else cycle_time
     if asked is None:
-        if runs is not None:
-            raise InputError("with runs the cycle time must be given", key="cycle_time", allowed="seconds (7.5)")
-        asked = simulate_trees(batch, [[program.tree]])[0][0].cycle_time_s
+        problem = "the program does not say for which cycle time it was planned"
+        raise InputError(problem, key="cycle_time", allowed="seconds (7.5); plans saved as YAML or JSON say it")
     source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
     wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
     if runs is not None:
@@ -198,6 +198,8 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
         InputError: The program does not fit the robot.
     """
     as_given = known_program(program, robot)
+    if has_sections(as_given):
+        return simulated_sections(as_given, [simulate(section, robot) for section in section_programs(as_given)])
     program = model_program(as_given, robot)
     run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
@@ -230,6 +232,7 @@ def pareto(
         InputError: The program does not fit the robot, or the bound or a run is not valid.
     """
     as_given = known_program(program, robot)
+    refuse_sections(as_given, "a trade-off")
     program = model_program(as_given, robot)
     faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
@@ -256,6 +259,8 @@ def report(
     Raises:
         InputError: The plan is not one of this program.
     """
+    program = known_program(program, robot)
+    refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
         raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
     curve = pareto(program, robot) if trade_off is None else trade_off
@@ -264,30 +269,6 @@ def report(
     given = simulate_trees(batch, [[tree]])[0][0]
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
     return report_of(plan, curve, (tree, given), planned, batch, year)
-
-
-@finite
-def energy_profile(
-    robot: Robot, start: ArrayLike, end: ArrayLike, *, points: int = 19, degrees: bool = False
-) -> EnergyProfile:
-    """Energy of one motion over its duration, from runs at equidistant speed limits from 10 to 100 %.
-
-    Args:
-        robot: Robot with its payload.
-        start: Start configuration, shape (n,). [rad]
-        end: End configuration, shape (n,). [rad]
-        points: Number of speed limits, 2 to 1000.
-        degrees: Whether the configurations are in degrees instead.
-
-    Raises:
-        InputError: A configuration does not fit the robot, or there is no motion.
-    """
-    robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
-    first, last = (
-        robot.check_configuration(np.radians(as_array(q, where, "joint positions")) if in_degrees else q, where)
-        for q, where in ((start, "start"), (end, "end"))
-    )
-    return simulated_profile(robot, first, last, points)
 
 
 @finite

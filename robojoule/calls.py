@@ -1,4 +1,4 @@
-"""What all calls of the library have in common: results are finite, and one name may serve programs and cells."""
+"""What calls of the library have in common: results are finite, one name serves programs and cells, or sections."""
 
 from __future__ import annotations
 
@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, overload
 
 import numpy as np
 
+from robojoule.checks import known_program
 from robojoule.errors import InputError
+from robojoule.planning.section_plans import has_sections, plan_in_sections
 
 if TYPE_CHECKING:
+    from robojoule.formats.program import Program
     from robojoule.formats.robot_cell import RobotCell
     from robojoule.planning.cells.plan import CellPlan
+    from robojoule.planning.plan import Plan
     from robojoule.planning.robot_cells.plan import RobotCellPlan
     from robojoule.programs.cell import Cell
 
@@ -42,6 +46,28 @@ def finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
         return result
 
     return checked
+
+
+def in_sections(call: Callable[Asked, Plan]) -> Callable[Asked, Plan]:
+    """Plan programs of which nobody knows how long some part takes section by section."""
+
+    @wraps(call)
+    def whole(*args: Any, **settings: Any) -> Plan:
+        given = dict(zip(("program", "robot"), args, strict=False))
+        program, robot = (settings.get(key, given.get(key)) for key in ("program", "robot"))
+        if len(args) > len(given) or program is None or robot is None:
+            return call(*args, **settings)  # which says what is wrong
+        program = known_program(program, robot)
+        rest = {key: value for key, value in settings.items() if key not in ("program", "robot")}
+
+        def plan_one(section: Program) -> Plan:
+            return call(section, robot, **rest)  # type: ignore[arg-type]
+
+        if not has_sections(program):
+            return plan_one(program)
+        return plan_in_sections(program, rest.get("cycle_time"), plan_one)
+
+    return whole
 
 
 class _Optimize(Protocol[Asked, Given]):

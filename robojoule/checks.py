@@ -12,6 +12,7 @@ from robojoule.errors import InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_number, shown
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.whole_speeds import check_speed_step
 from robojoule.profile.energy_profile import LEAST_TRAVEL_RAD
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.programs.tree_check import in_model_angles
@@ -22,6 +23,11 @@ if TYPE_CHECKING:
 
 SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
 LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
+
+
+def checked_step(speed_step: object, program: Program) -> float:
+    """Step of speed limits, that of the program's format if none is given. [%]"""
+    return check_speed_step(checked_program(program).speed_step_percent if speed_step is None else speed_step)
 
 
 def checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:

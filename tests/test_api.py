@@ -8,10 +8,10 @@ import pytest
 from pyarrow import csv
 
 import robojoule as rj
+from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.formats.program import Program
+from robojoule.formats.program import WAIT_STEP_S, Program
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.writeback import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
 from tests.calibration.plant import ROBOT, Plant, make_log
 from tests.planning.trees import busy_tree, tree
@@ -203,9 +203,13 @@ def test_bad_input_is_one_sentence(robot, call, message):
     assert "\n" not in str(caught.value)
 
 
-def test_coarse_zones_are_said_to_be_unknown_yet(robot):
+def test_measured_runs_of_coarse_moves_are_refused(robot):
     moves = tree().model_dump()["operations"]
     moves[0]["zone"] = {"radius_m": 0.1}
     rounded = Program(type(tree()).model_validate({**tree().model_dump(), "operations": moves}))
-    with pytest.raises(InputError, match="move 'm0' of tree 'there and back' has a coarse zone"):
-        rj.simulate(rounded, robot)
+    assert rj.simulate(rounded, robot).cycle_time_s < rj.simulate(Program(tree()), robot).cycle_time_s
+    runs = MeasuredRuns(
+        "runs.csv", np.array([1, 1]), np.array([1.0, 0.5]), np.array([1.0, 2.0]), np.full(2, np.nan), 0.01
+    )
+    with pytest.raises(InputError, match="move 'm0' has a coarse zone"):
+        rj.optimize(rounded, robot, cycle_time="+10%", runs=runs)

@@ -29,7 +29,7 @@ PIPELINE = (
     *("generate_trees", "simulate_motions", "build_features", "train_profile_predictor", "train_predictors"),
     *("evaluate_plans", "draw_figures"),
 )
-STUDIES = ("compare_predictors", "evaluate_motions", "evaluate_robots", "judge_targets", "close_the_loop")
+STUDIES = ("compare_predictors", "evaluate_motions", "evaluate_robots", "judge_targets", "close_the_loop", "plan_cells")
 STAGES = (*PIPELINE, *STUDIES)
 MOST_DEPENDENCIES = 10
 # Distributions in versions.yaml by the name under which they are imported, where that is another one or more than one:

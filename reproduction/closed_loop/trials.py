@@ -167,7 +167,7 @@ class TreeOfMachine:
         return told | {
             "promised_saving_percent": saving,
             "promise_held": low <= real <= high,
-            "late_probability": late_probability(wanted_s - planned_s, deviation),
+            "late_probability": late_probability(wanted_s - planned_s, deviation, wanted_s),
             "late_with_reserve_percent": self._late(first + kept, wanted_s),
             "second_limit_percent": 100.0 * float(runs.speed_limits[len(self.rows)]),
             "rule": profiles.rule,
@@ -182,7 +182,7 @@ class TreeOfMachine:
             left_s = wanted_s - float(profiles.duration_s[self.rows, at].sum())
             wait[np.unravel_index(int(profiles.idle_w.argmin()), wait.shape)] = max(left_s, 0.0)
             waits.append(wait)
-        return saving_interval(profiles, places, fastest, (waits[0], waits[1]), 0.0)
+        return saving_interval(profiles, places, fastest, (waits[0], waits[1]), (0.0, 0.0))
 
     def _told(self, places: Index, wanted_s: float) -> Row:
         """What a plan really takes and costs on the machine."""

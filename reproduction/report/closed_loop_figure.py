@@ -40,7 +40,7 @@ def closed_loop(results: Results, style: Style) -> Drawing | None:
     late.set_yticks(range(len(names)), names)
     late.invert_yaxis()
     late.set_xlabel("late [% of the cycle]")
-    gap.set_xlabel("energy above the machine's own optimum [%]")
+    gap.set_xlabel("energy above its optimum [%]")
     for ax in (late, gap):
         ax.set_xscale("log")
         ax.set_xlim(LEAST_SHOWN, 50.0)

@@ -13,6 +13,7 @@ from reproduction.report import tables
 from reproduction.report.gallery import Picture
 from reproduction.report.labels import KNOWN_PLANT
 from reproduction.report.results import Results
+from reproduction.report.summary import summary_of
 from robojoule.documents import read_document
 
 TEMPLATE = "page.html.j2"
@@ -67,6 +68,7 @@ def report_html(results: Results, pictures: Sequence[Picture], metrics: dict[str
     judged = [row for row in claims if row["held"]]
     return environment.get_template(TEMPLATE).render(
         chapters=chapters,
+        summary=summary_of(results),
         claims=claims,
         reasons=reasons_of(results.robot.name),
         held=sum(row["held"] == "true" for row in judged),

@@ -36,7 +36,7 @@ def predicted_against_simulated(
     )
     models = sorted(set(predictions["model"].tolist()), key=lambda model: (list(MODELS).index(model), model))
     label, unit = TARGETS[target]
-    figure, axes = style.figure(0.56 if len(models) > 1 else 0.7, 1, len(models), squeeze=False, sharey=True)
+    figure, axes = style.figure(0.48 if len(models) > 1 else 0.8, 1, len(models), squeeze=False, sharey=True)
     texts = []
     values = np.concatenate([predictions[target], predictions[f"{target}_simulated"]])
     top = 1.03 * float(values.max(initial=0.0)) or 1.0
@@ -47,8 +47,8 @@ def predicted_against_simulated(
         under, over = side < 0, side > 0
         for chosen, color, name in (
             (side == 0, BLUE, "near the diagonal"),
-            (under, UNDER, "underpredicted"),
-            (over, OVER, "overpredicted"),
+            (under, UNDER, "predicted too low"),
+            (over, OVER, "predicted too high"),
         ):
             ax.scatter(
                 simulated[chosen],
@@ -57,15 +57,15 @@ def predicted_against_simulated(
                 color=color,
                 linewidths=0,
                 rasterized=True,
-                label=f"{name} ({int(chosen.sum())})",
+                label=name if ax is axes[0, 0] else None,
             )
         ax.plot([0, top], [0, top], color="black", linewidth=0.8)
         ax.set(xlim=(0, top), ylim=(0, top), aspect="equal", title=MODELS[model], xlabel=f"simulated [{unit}]")
-        ax.legend(loc="upper left", markerscale=1.8, handletextpad=0.2)
         texts.append(
             f"{MODELS[model]}: {int(under.sum())} under- and {int(over.sum())} overpredicted of {int(rows.sum())}"
         )
     axes[0, 0].set_ylabel(f"predicted [{unit}]")
+    figure.legend(loc="outside lower center", ncols=3, markerscale=1.8, handletextpad=0.2)
     summary = "; ".join(texts)
     return Drawing(
         figure,

@@ -105,6 +105,18 @@ class CloseTheLoopParams(Document):
     machines: MachineRanges
 
 
+class PlanCellsParams(Document):
+    """Cells of robots, planned by several methods."""
+
+    cells: list[str] = Field(min_length=1, description="Files among the examples of the library.")
+    cycle_times_percent: list[Annotated[float, Field(ge=100, le=1000)]] = Field(
+        min_length=1, description="Of the cycle time of the file. [%]"
+    )
+    gap_percent: float = Field(gt=0, le=10, description="Proven gap at which a search ends. [%]")
+    time_limit_s: float = Field(gt=0, description="When it ends at the latest: none of the committed ones did. [s]")
+    seed: int = Field(ge=0)
+
+
 class StudyParams(Document):
     """All parameters of the studies."""
 
@@ -114,6 +126,7 @@ class StudyParams(Document):
     evaluate_motions: EvaluateMotionsParams
     evaluate_robots: EvaluateRobotsParams
     close_the_loop: CloseTheLoopParams
+    plan_cells: PlanCellsParams
 
 
 def load_study_params(path: str | Path = "studies/params.yaml") -> StudyParams:

@@ -25,6 +25,7 @@ COMMANDS = {
     "example": "write a program or a script to start from",
     "robots": "list the robots of the catalog, check a robot file, scale drives for a URDF",
     "profile": "energy over duration of one motion",
+    "convert": "a program in another format, such as a robot's own language",
     "simulate": "cycle time, energy, largest power and torque of a program as it stands",
     "optimize": "speed limits and waits with the least energy for a cycle time",
     "adjust": "a plan made again from what a trial of it took on the machine",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
@@ -15,18 +16,42 @@ from robojoule.inputs import as_path, number_of, shown
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
+    from robojoule.formats.vendor.trace import Beside
+    from robojoule.planning.plan import Plan
+    from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
 
 _MOST_DIGITS = 10
 
 
-def add_program(parser: argparse.ArgumentParser) -> None:
+def add_program(parser: argparse.ArgumentParser, *, needed: bool = True) -> None:
     """Add the program."""
     parser.add_argument(
-        "program", type=Path, metavar="PROGRAM", help="operation tree (YAML, JSON) or joint positions (CSV)"
+        "program",
+        type=Path,
+        nargs=None if needed else "?",
+        metavar="PROGRAM",
+        help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
     )
-    add_angles(parser, "as the file says, else model")
+    add_angles(parser, "as the file says, else model; of the pendant in a robot's own language")
+    frame = "X,Y,Z[,RX,RY,RZ] in mm and degrees, turned about the fixed axes x, y, z"
+    parser.add_argument(
+        "--tool", type=numbers, metavar="FRAME", help=f"tool on the flange, where the program does not say it: {frame}"
+    )
+    parser.add_argument(
+        "--base", type=numbers, metavar="FRAME", help="base (user frame), where the program does not say it, likewise"
+    )
+    parser.add_argument(
+        "--wait",
+        action="append",
+        default=[],
+        metavar="LINE=S",
+        help="how long the program waits in a line for something that comes [s]; may be repeated",
+    )
+    parser.add_argument(
+        "--controller-data", metavar="FILE", help="tools, bases, payloads and waits in one file (YAML, JSON)"
+    )
 
 
 def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
@@ -38,12 +63,43 @@ def add_angles(parser: argparse.ArgumentParser, of: str) -> None:
     )
 
 
-def program_of(arguments: argparse.Namespace) -> Program:
-    """The program that the arguments name, its angles taken as they say."""
+@overload
+def program_and_robot_of(arguments: argparse.Namespace) -> tuple[Program, Robot]: ...
+@overload
+def program_and_robot_of(arguments: argparse.Namespace, *, needs_robot: bool) -> tuple[Program, Robot | None]: ...
+def program_and_robot_of(
+    arguments: argparse.Namespace, *, needs_robot: bool = True
+) -> tuple[Program, Robot] | tuple[Program, Robot | None]:
+    """The program that the arguments name, as the robot executes it that they or it name; none only if not needed."""
     from robojoule.formats.program import load_program
 
-    program = load_program(arguments.program)
-    return program if arguments.angles is None else program.counted_as(arguments.angles)
+    program = load_program(arguments.program, beside=_beside_of(arguments))
+    if arguments.angles is not None:
+        program = program.counted_as(arguments.angles)
+    if not needs_robot and arguments.robot is None and program.robot is None:
+        return program, None
+    robot = robot_of(arguments, program)
+    return program.for_robot(robot), robot
+
+
+def _beside_of(arguments: argparse.Namespace) -> Beside:
+    """What is given beside a program's file; options overrule the file of the controller's data."""
+    from robojoule.formats.vendor.controller_data import frame, read_controller_data, wait_of
+    from robojoule.formats.vendor.trace import Beside
+
+    beside = Beside() if arguments.controller_data is None else read_controller_data(arguments.controller_data)
+    frames: dict[str, Placement | None] = {"tool": None, "base": None}
+    for name in frames:
+        if (given := getattr(arguments, name)) is not None:
+            try:
+                frames[name] = frame(*given)
+            except InputError as error:
+                raise InputError(error.problem, key=f"--{name}", allowed=error.allowed) from None
+    try:
+        waits = dict(wait_of(text) for text in arguments.wait)
+    except InputError as error:
+        raise InputError(error.problem, key="--wait", allowed=error.allowed) from None
+    return replace(beside, waits_s={**beside.waits_s, **waits}, tool=frames["tool"], base=frames["base"])
 
 
 def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:
@@ -97,14 +153,16 @@ def add_measurements(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
 
 
-def add_runs(parser: argparse.ArgumentParser) -> None:
-    """Add measured runs and caution."""
+def add_runs(parser: argparse.ArgumentParser, *, with_caution: bool = True) -> None:
+    """Add measured runs, and caution."""
     parser.add_argument(
         "--runs",
         metavar="FILE",
         help="measured runs of the moves: CSV or Parquet with move, speed_limit_percent, duration_s and, if known, "
         "energy_j",
     )
+    if not with_caution:
+        return
     parser.add_argument(
         "--cautious",
         action="store_true",
@@ -165,6 +223,26 @@ def operation_of(arguments: argparse.Namespace) -> Operation:
         country=arguments.country,
         price_per_kwh=arguments.price,
         co2_g_per_kwh=arguments.co2,
+    )
+
+
+def save_plan(plan: Plan, path: Path, robot: Robot) -> tuple[str, ...]:
+    """Write a program with its plan, in another format if the suffix names one, and say what that cannot say."""
+    from robojoule.formats.conversion import converted
+    from robojoule.formats.registry import format_of
+    from robojoule.formats.vendor.files import VendorFiles
+
+    found = format_of(path)
+    if isinstance(found, VendorFiles) and found.name != plan.program.format:
+        return converted(plan.program, path, robot).lost
+    plan.save(path)
+    return ()
+
+
+def add_diff(parser: argparse.ArgumentParser) -> None:
+    """Add --diff."""
+    parser.add_argument(
+        "--diff", action="store_true", help="show what changes in the program's files, as a unified diff"
     )
 
 

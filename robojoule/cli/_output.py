@@ -21,15 +21,30 @@ def show_loads(result: dict[str, Any], where: str = "") -> None:
 
 def show_moves(result: dict[str, Any]) -> None:
     """Print the moves as a table, and what to know."""
-    width = max(len("move"), *(len(move["name"]) for move in result["moves"]))
+    names = [_named(move) for move in result["moves"]]
+    width = max(len("move"), *map(len, names))
     print(f"{'move':{width}}  speed limit [%]  duration [s]  wait before [s]  wait after [s]  energy [J]")
-    for move in result["moves"]:
+    for name, move in zip(names, result["moves"], strict=True):
         print(
-            f"{move['name']:{width}}  {move['speed_limit_percent']:15.2f}  {move['duration_s']:12.4f}  "
+            f"{name:{width}}  {move['speed_limit_percent']:15.2f}  {move['duration_s']:12.4f}  "
             f"{move['wait_before_s']:15.4f}  {move['wait_after_s']:14.4f}  {move['energy_j']:10.1f}"
         )
+    for note in result.get("program_notes", ()):
+        print(f"note: {note}")
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def _named(move: dict[str, Any]) -> str:
+    """A move, with how many coarse ones before it belong to the same motion."""
+    count = len(move["through"])
+    return f"{move['name']} (and {count} before)" if count else str(move["name"])
+
+
+def show_diff(result: dict[str, Any]) -> None:
+    """Print what changes in the program's files, if that was asked for."""
+    if "diff" in result:
+        print(result["diff"] or "nothing changes in the program's files", end="" if result["diff"] else "\n")
 
 
 def show_written(result: dict[str, Any], *names: str) -> None:
@@ -48,7 +63,10 @@ def show_outlook(result: dict[str, Any]) -> None:
         return
     if outlook["late_probability"] is not None:
         deviation, late = 1e3 * outlook["cycle_deviation_s"], 100.0 * outlook["late_probability"]
-        print(f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late in {late:.2g} % of such plans")
+        print(
+            f"controller: {outlook['rule']}; cycle time +- {deviation:.1f} ms, late (by more than 0.01 %) in "
+            f"{late:.2g} % of such plans"
+        )
     if outlook["saving_low_percent"] is not None:
         low, high = outlook["saving_low_percent"], outlook["saving_high_percent"]
         print(f"saving against the program as given: {low:.1f} to {high:.1f} % (90 % interval)")

@@ -8,13 +8,14 @@ from typing import Any
 
 from robojoule.cli._arguments import (
     add_bounds,
+    add_diff,
     add_measurements,
     add_program,
     add_robot,
     check_outputs,
     number,
-    program_of,
-    robot_of,
+    program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli.optimize import show
@@ -28,18 +29,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot(parser, named_by_program=True)
     parser.add_argument("--measured-cycle", type=number, metavar="S", help="what the cycle took on the machine [s]")
     parser.add_argument(
-        "--cycle-time", metavar="T", help="cycle time asked for [s] (default: the plan's own by the robot's file)"
+        "--cycle-time",
+        metavar="T",
+        help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_measurements(parser)
     add_bounds(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")
+    add_diff(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -49,13 +53,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
-    program = program_of(arguments)
+    program, robot = program_and_robot_of(arguments)
     plan = adjust(
         program,
-        robot_of(arguments, program),
+        robot,
         measured_cycle=arguments.measured_cycle,
         **wishes_of(arguments),
     )
-    if arguments.out is not None:
-        plan.save(arguments.out)
-    return {**plan.to_dict(), "out": str(arguments.out) if arguments.out is not None else None}
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -19,10 +19,10 @@ from robojoule.inputs import shown
 
 if TYPE_CHECKING:
     from robojoule.formats.robot_cell import RobotCell
+    from robojoule.planning.any_plan import AnyPlan
     from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.cells.solve import Progress
     from robojoule.planning.robot_cells.cell_run import CellRun
-    from robojoule.planning.robot_cells.plan import RobotCellPlan
     from robojoule.programs.cell import Cell
 
 _TOLD_EVERY_S = 1.0
@@ -107,7 +107,7 @@ def _check_kinds(arguments: argparse.Namespace, cells: Sequence[Cell | RobotCell
             program_paths(cell, arguments.out)
 
 
-def _planned(cell: Cell | RobotCell, arguments: argparse.Namespace, stopped: Event) -> CellPlan | RobotCellPlan:
+def _planned(cell: Cell | RobotCell, arguments: argparse.Namespace, stopped: Event) -> AnyPlan:
     from robojoule.api import optimize
 
     settings: dict[str, Any] = {
@@ -121,7 +121,7 @@ def _planned(cell: Cell | RobotCell, arguments: argparse.Namespace, stopped: Eve
     return optimize(cell, **settings, **{name: value for name, value in optional.items() if value is not None})
 
 
-def _write(cells: Sequence[Cell | RobotCell], plans: Sequence[CellPlan | RobotCellPlan], out: Path) -> dict[str, Any]:
+def _write(cells: Sequence[Cell | RobotCell], plans: Sequence[AnyPlan], out: Path) -> dict[str, Any]:
     """Write plans, and programs beside them where cells have robots."""
     from robojoule.planning.cells.plan import CellPlan
     from robojoule.planning.cells.plan_files import write_plans
@@ -263,10 +263,11 @@ def show(result: dict[str, Any]) -> None:
             f"{one['cell']}: {one['status']}, {one['energy_j']:.2f} J per cycle of {one['cycle_time_s']:.4f} s, "
             f"bound {one['bound_j']:.2f} J, gap {one['gap_percent']:.4f} %, {one['runtime_s']:.2f} s"
         )
-        print(
-            f"largest power of all robots {one['largest_mean_power_w']:.0f} W, each movement at its mean: "
-            "energy functions tell no peaks and no torques"
-        )
+        if "largest_mean_power_w" in one:
+            print(
+                f"largest power of all robots {one['largest_mean_power_w']:.0f} W, each movement at its mean: "
+                "energy functions tell no peaks and no torques"
+            )
         if "instances" not in result:
             _show_robots(one)
             _show_steps(one["steps"])

@@ -14,6 +14,8 @@ ABOUT = {
     "cycle.yaml": "a pick-and-place cycle as an operation tree",
     "positions.csv": "the moves of the same cycle as a table of joint positions",
     "cell.yaml": "a cell of three robots, with hand-overs and shared space",
+    "robot_cell.yaml": "three robots of the catalog round a table, with their programs",
+    "six_robots.yaml": "six robots of the catalog round two tables",
     "plan_cell.py": "plans cell.yaml and shows what each robot saves by it",
     "save_energy.py": "plans cycle.yaml for a tenth more time and writes slower.yaml",
     "choose_cycle_time.py": "prints what longer cycle times of cycle.yaml save",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import (
     add_bounds,
+    add_diff,
     add_measurements,
     add_model,
     add_profiles,
@@ -18,12 +19,12 @@ from robojoule.cli._arguments import (
     check_outputs,
     number,
     operation_of,
-    program_of,
-    robot_of,
+    program_and_robot_of,
+    save_plan,
     wishes_of,
 )
 from robojoule.cli._models import model_folder
-from robojoule.cli._output import show_head, show_loads, show_moves, show_outlook, show_written
+from robojoule.cli._output import show_diff, show_head, show_loads, show_moves, show_outlook, show_written
 from robojoule.year import yearly
 
 if TYPE_CHECKING:
@@ -50,9 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed-step",
         type=number,
-        default=1.0,
+        default=None,
         metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1, whole percents)",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
     )
     add_slowest(parser)
     add_measurements(parser)
@@ -65,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the program with speed limits and waits here; it may be PROGRAM itself, the rest of which is kept",
     )
+    add_diff(parser)
     parser.add_argument("--page", type=Path, metavar="FILE", help="write a page to look at here (.html)")
     add_year(parser)
 
@@ -77,8 +79,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
     operation = operation_of(arguments)
-    program = program_of(arguments)
-    robot = robot_of(arguments, program)
+    program, robot = program_and_robot_of(arguments)
     with model_folder(arguments.model) as model:
         plan = optimize(
             program,
@@ -90,13 +91,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             **wishes_of(arguments),
         )
     page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
-    if arguments.out is not None:
-        plan.save(arguments.out)
+    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
     if page is not None:
         page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
-    return {**plan.to_dict(), "yearly": year.to_dict(), **written}
+    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 
 def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Robot, operation: Operation) -> Report:
@@ -139,6 +140,7 @@ def show(result: dict[str, Any]) -> None:
     show_loads(result)
     show_outlook(result)
     show_moves(result)
+    show_diff(result)
     show_written(result, "out", "page")
 
 

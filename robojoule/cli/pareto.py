@@ -15,8 +15,7 @@ from robojoule.cli._arguments import (
     add_runs,
     add_slowest,
     check_outputs,
-    program_of,
-    robot_of,
+    program_and_robot_of,
 )
 from robojoule.cli._output import show_head, show_loads, show_written
 
@@ -49,10 +48,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.documents import write_files
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
-    program = program_of(arguments)
+    program, robot = program_and_robot_of(arguments)
     found = pareto(
         program,
-        robot_of(arguments, program),
+        robot,
         allow_faster=arguments.allow_faster,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,
         profiles=arguments.profiles,
@@ -63,9 +62,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()
-        writer = csv.DictWriter(text, list(result["points"][0]), lineterminator="\n")
+        rows = [{**point, "standby": "no"} for point in result["points"]]
+        if result["standby"] is not None:
+            rows += [{**point, "standby": "yes"} for point in result["standby"]["points"]]
+        columns = [*result["points"][0], *(["standby"] if result["standby"] is not None else [])]
+        writer = csv.DictWriter(text, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
-        writer.writerows([{key: f"{value:.9g}" for key, value in point.items()} for point in result["points"]])
+        for row in rows:
+            writer.writerow({key: f"{value:.9g}" if isinstance(value, float) else value for key, value in row.items()})
         contents[arguments.csv] = text.getvalue()
     if arguments.plot is not None:
         from robojoule.plots.pareto import drawing_of
@@ -94,6 +98,12 @@ def show(result: dict[str, Any]) -> None:
         f"{len(points)} breakpoints from {result['simulated_runs']} simulated runs of {result['moves']} moves; "
         f"at most {result['largest_gap_percent']:.3f} % above the proven bound"
     )
+    if (standby := result["standby"]) is not None:
+        print(
+            f"with waits in standby: least energy {standby['best_energy_j']:.1f} J at "
+            f"{standby['best_cycle_time_s']:.4f} s; at most {standby['largest_gap_percent']:.3g} % above the bound"
+        )
+        _show_standby(standby["points"])
     if result["hull_excess_j"] > 0.0:
         print(
             f"a profile is not convex: between breakpoints the curve may be up to {result['hull_excess_j']:.2f} J low"
@@ -101,3 +111,10 @@ def show(result: dict[str, Any]) -> None:
     for warning in result["warnings"]:
         print(f"warning: {warning}")
     show_written(result, "csv", "plot")
+
+
+def _show_standby(points: list[dict[str, float]]) -> None:
+    """Print the trade-off with standby at some of its cycle times."""
+    print("cycle time [s]  energy with standby [J]")
+    for index in dict.fromkeys((*range(0, len(points), max(len(points) // _ROWS_SHOWN, 1)), len(points) - 1)):
+        print(f"{points[index]['cycle_time_s']:14.4f}  {points[index]['energy_j']:23.1f}")

@@ -1,61 +1,96 @@
-"""`robojoule profile`: the energy profile of one point-to-point motion."""
+"""`robojoule profile`: the energy profile of one point-to-point motion, or of one move of a program."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from robojoule.cli._arguments import add_angles, add_robot, check_outputs, joints_of, numbers, robot_of, whole_number
+from robojoule.cli._arguments import (
+    add_profiles,
+    add_program,
+    add_robot,
+    add_runs,
+    check_outputs,
+    joints_of,
+    numbers,
+    program_and_robot_of,
+    robot_of,
+    whole_number,
+)
+from robojoule.errors import InputError
+
+if TYPE_CHECKING:
+    from robojoule.profile.energy_profile import EnergyProfile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Robot, both ends and the speed limits."""
-    add_robot(parser)
-    parser.add_argument(
-        "--from",
-        dest="start",
-        required=True,
-        type=numbers,
-        metavar="DEG",
-        help="start joints, comma-separated [deg]",
-    )
-    parser.add_argument(
-        "--to", dest="end", required=True, type=numbers, metavar="DEG", help="end joints, comma-separated [deg]"
-    )
-    add_angles(parser, "model")
+    """Robot, both ends or a move of a program, and the speed limits."""
+    add_program(parser, needed=False)
+    add_robot(parser, named_by_program=True)
+    parser.add_argument("--move", metavar="NAME", help="the move of PROGRAM that is meant, instead of --from and --to")
+    for option, name, which in (("--from", "start", "start"), ("--to", "end", "end")):
+        parser.add_argument(
+            option, dest=name, type=numbers, metavar="DEG", help=f"{which} joints, comma-separated [deg]"
+        )
     parser.add_argument(
         "--points", type=whole_number, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
     )
+    add_profiles(parser)
+    add_runs(parser, with_caution=False)
     parser.add_argument("--plot", metavar="FILE", help="draw where the energy goes over the duration (.svg)")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Simulate the motion over the speed limits, and draw it if asked for."""
+    """Find the profile, and draw it if asked for."""
+    check_outputs(arguments, ["program", "robot", "runs"], {"plot": [".svg"]})
+    profile = _profile(arguments)
+    if arguments.plot:
+        from robojoule.documents import write_text
+        from robojoule.plots.energy import drawing_of
+
+        if not profile.parts_j:
+            problem = f"{profile.profiles} profiles do not say where the energy goes"
+            raise InputError(problem, key="--plot", allowed="simulated profiles")
+        write_text(arguments.plot, drawing_of(profile))
+    return profile.to_dict()
+
+
+def _profile(arguments: argparse.Namespace) -> EnergyProfile:
     from robojoule.api import energy_profile
 
-    check_outputs(arguments, ["robot"], {"plot": [".svg"]})
+    settings = {"points": arguments.points, "profiles": arguments.profiles}
+    if arguments.program is not None:
+        for option, value in (("--from", arguments.start), ("--to", arguments.end)):
+            if value is not None:
+                raise InputError("a move of a program has its ends", key=option, allowed="--move alone")
+        program, robot = program_and_robot_of(arguments)
+        return energy_profile(robot, program=program, move=arguments.move, runs=arguments.runs, **settings)
+    for option, value in (("--move", arguments.move), ("--runs", arguments.runs)):
+        if value is not None:
+            raise InputError("this needs the program whose moves are meant", key=option, allowed="PROGRAM before it")
+    for option, value in (("--robot", arguments.robot), ("--from", arguments.start), ("--to", arguments.end)):
+        if value is None:
+            raise InputError("this is missing", key=option, allowed="--robot, --from and --to, or a PROGRAM")
     robot = robot_of(arguments)
     start, end = (
         joints_of(joints, robot, option, arguments.angles)
         for joints, option in ((arguments.start, "--from"), (arguments.end, "--to"))
     )
-    profile = energy_profile(robot, start, end, points=arguments.points)
-    if arguments.plot:
-        from robojoule.documents import write_text
-        from robojoule.plots.energy import drawing_of
-
-        write_text(arguments.plot, drawing_of(profile))
-    return profile.to_dict()
+    return energy_profile(robot, start, end, **settings)
 
 
 def show(result: dict[str, Any]) -> None:
     """Print the profile as a table."""
-    print(f"{result['robot']}, payload {result['payload_kg']:g} kg")
-    print("speed limit [%]  duration [s]  energy [J]")
-    rows = zip(result["speed_limit_percent"], result["duration_s"], result["energy_j"], strict=True)
-    for limit, duration, energy in rows:
-        mark = "  optimum" if limit == result["optimal_speed_limit_percent"] else ""
-        print(f"{limit:15.1f}  {duration:12.4f}  {energy:10.1f}{mark}")
+    by = f", {result['profiles']} profile" if result["profiles"] != "simulated" else ""
+    rule = f" ({result['rule']})" if result["rule"] else ""
+    print(f"{result['robot']}, payload {result['payload_kg']:g} kg{by}{rule}")
+    has_interval = result["energy_low_j"] is not None
+    print("speed limit [%]  duration [s]  energy [J]" + ("  90 % interval [J]" if has_interval else ""))
+    for row, limit in enumerate(result["speed_limit_percent"]):
+        interval = f"{result['energy_low_j'][row]:9.1f}{result['energy_high_j'][row]:10.1f}" if has_interval else ""
+        mark = "  measured" if limit in result["measured_speed_limit_percent"] else ""
+        mark += "  optimum" if limit == result["optimal_speed_limit_percent"] else ""
+        print(f"{limit:15.1f}  {result['duration_s'][row]:12.4f}  {result['energy_j'][row]:10.1f}{interval}{mark}")
     print(f"saving at the optimum: {result['energy_saving_j']:.1f} J against full speed")
     print(
         f"idle power: {result['idle_power_start_w']:.1f} W at the start, {result['idle_power_end_w']:.1f} W at the end"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from robojoule.cli._arguments import add_program, add_robot, program_of, robot_of
+from robojoule.cli._arguments import add_program, add_robot, program_and_robot_of
 from robojoule.cli._output import show_head, show_loads, show_moves
 
 
@@ -19,11 +19,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Simulate the program with its own speed limits and waits."""
     from robojoule.api import simulate
 
-    program = program_of(arguments)
-    robot = robot_of(arguments, program)
+    program, robot = program_and_robot_of(arguments)
     cycle = simulate(program, robot)
     head = {"program": program.name, "robot": robot.name, "payload_kg": float(robot.payload.mass_kg)}
-    return {**head, **cycle.to_dict()}
+    return {**head, **cycle.to_dict(), "program_notes": list(program.notes)}
 
 
 def show(result: dict[str, Any]) -> None:

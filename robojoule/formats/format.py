@@ -36,6 +36,10 @@ class Format(Protocol):
     def suffixes(self) -> tuple[str, ...]:
         """Suffixes of its files, in lower case, with the dot."""
 
+    @property
+    def speed_step_percent(self) -> float:
+        """Step of speed limits that controllers which run such files take. [%]"""
+
     def read(self, path: Path) -> Reading:
         """Read a file.
 

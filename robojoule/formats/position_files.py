@@ -50,6 +50,7 @@ class PositionFiles:
 
     name = "joint positions"
     suffixes: tuple[str, ...] = (".csv",)
+    speed_step_percent = 1.0
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""
@@ -268,6 +269,8 @@ def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:
             raise refuse(f"joint positions cannot hold the {operation.type} operation '{operation.name}'")
         if not operation.is_fine:
             raise refuse(f"joint positions cannot hold the coarse zone of move '{operation.name}'")
+        if operation.speed_group is not None:
+            raise refuse(f"joint positions cannot hold the speed group of move '{operation.name}'")
         if len(operation.target_rad) != len(tree.start_rad):
             raise refuse(f"move '{operation.name}' has another number of joints than the start")
         moves.append(operation)

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robojoule.documents import check_output
+from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
-from robojoule.formats.registry import format_of
+from robojoule.formats.registry import FORMATS, format_of
 from robojoule.formats.tree_files import TreeFiles
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.formats.vendor.source import VendorSource
+from robojoule.formats.vendor.text import SourceText, unified_diff
 from robojoule.formats.vendor.trace import Beside, NeedsRobot
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
+
+WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,11 @@ class Program:
         """Whether its angles are those of the robot's model or as the pendant shows them."""
         return self.tree.angles
 
+    @property
+    def speed_step_percent(self) -> float:
+        """Step of speed limits that controllers of its format take; whole percents without a file. [%]"""
+        return next((one.speed_step_percent for one in FORMATS if one.name == self.format), 1.0)
+
     def counted_as(self, angles: str) -> Program:
         """The program with the same numbers, taken as angles of the model or of the pendant.
 
@@ -111,20 +120,34 @@ class Program:
         return _program(source, self.path, self.format)
 
     @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return WAIT_STEP_S if self.source is None else self.source.wait_step_s
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """A tree of the program's moves with its added waits where the program's language can say them."""
+        return tree if self.source is None else self.source.placed(tree)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a vendor's program says that is kept as it is, assumed, or not known, a sentence each with its line."""
         return () if self.source is None else tuple(map(str, self.source.resolution.notes))
 
     def diff(self) -> str:
-        """What `save` would change in the files of a vendor's program, as a unified diff.
+        """What `save` would change in the files that the program was read from, as a unified diff; empty: nothing.
 
         Raises:
-            InputError: The program does not come from a vendor's language.
+            InputError: The program was not read from a file.
         """
-        if self.source is None:
-            allowed = "a program that was read from a file of a robot's own language"
-            raise InputError("there is no text to compare with", key="diff", allowed=allowed)
-        return self.source.diff(self.tree)
+        if self.source is not None:
+            return self.source.diff(self.tree)
+        if self.path is None or self.text is None:
+            raise InputError("there is no file to compare with", key="diff", allowed="a program that was read")
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / self.path.name
+            self.save(target)
+            text = decoded(read_bytes(target), target)
+        return unified_diff([SourceText(self.path, self.text)], [text])
 
     def check(self, robot: Robot) -> None:
         """Check that a robot can execute the program; see `check_tree`.

@@ -25,6 +25,7 @@ from robojoule.formats.robot_cell import (
 from robojoule.formats.tree_files import parse_tree
 from robojoule.inputs import LONGEST_S
 from robojoule.programs.operation_tree import FORMAT, FORMAT_VERSION, MOST_POWER_W
+from robojoule.programs.sections import unknown_operations
 from robojoule.robots import load_robot
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Robot
@@ -181,8 +182,11 @@ def _placed(one: _PlacedRobot, folder: Path, path: str | Path) -> PlacedRobot:
         robot = load_robot(folder / one.robot if is_file else one.robot, payload_kg=one.payload_kg)
         if one.standby is not None:
             robot = Robot(robot.file.model_copy(update={"standby": one.standby}), robot.payload, robot.source)
-        program = _program(one, folder, path)
+        program = _program(one, robot, folder, path)
         program.check(robot)
+        if unknown := unknown_operations(program.tree):
+            problem = f"nobody knows how long operation '{unknown[0].name}' takes"
+            raise InputError(problem, allowed="a program whose operations all have their durations")
         for move in program.tree.moves():
             if not move.is_fine:
                 raise InputError(f"move '{move.name}' has a coarse zone, which cells cannot plan yet", allowed="fine")
@@ -197,9 +201,9 @@ def _placed(one: _PlacedRobot, folder: Path, path: str | Path) -> PlacedRobot:
     return PlacedRobot(one.name, robot, one.base.placement(), program, alternatives)
 
 
-def _program(one: _PlacedRobot, folder: Path, path: str | Path) -> Program:
+def _program(one: _PlacedRobot, robot: Robot, folder: Path, path: str | Path) -> Program:
     if isinstance(one.program, str):
-        return load_program(folder / one.program)
+        return load_program(folder / one.program, robot)
     head = {"format": FORMAT, "version": FORMAT_VERSION, "name": one.name}
     return Program(parse_tree({**head, **one.program}, path))
 

@@ -19,7 +19,10 @@ from robojoule.programs.operation_tree import (
     CompoundOperation,
     MoveOperation,
     OperationTree,
+    PayloadOperation,
     ProcessOperation,
+    ShareZone,
+    UnknownOperation,
     WaitOperation,
 )
 
@@ -29,7 +32,10 @@ _MODELS: dict[str, type[BaseModel]] = {
     "move": MoveOperation,
     "wait": WaitOperation,
     "process": ProcessOperation,
+    "payload": PayloadOperation,
+    "unknown": UnknownOperation,
 }
+_ZONES: dict[str, type[BaseModel]] = {"coarse": CoarseZone, "share": ShareZone}
 
 
 class TreeFiles:
@@ -41,6 +47,7 @@ class TreeFiles:
 
     name = "operation tree"
     suffixes: tuple[str, ...] = (".yaml", ".yml", ".json")
+    speed_step_percent = 1.0
 
     def read(self, path: Path) -> Reading:
         """Read a file; see `robojoule.formats.format.Format`."""
@@ -114,7 +121,9 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         tree: The tree.
         as_degrees: Whether to give angles in degrees, if these read as the very same radians.
     """
-    degrees = in_exact_degrees([tree.start_rad, *(move.target_rad for move in tree.moves())]) if as_degrees else None
+    targets = [one.target_rad for one in tree.atomic() if isinstance(one, (MoveOperation, UnknownOperation))]
+    positions = [tree.start_rad, *(target for target in targets if target is not None)]
+    degrees = in_exact_degrees(positions) if as_degrees else None
     pending = iter(degrees or ())
 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:
@@ -132,7 +141,7 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         return {f"{stem}_deg" if k == radians else k: next(pending) if k == radians else v for k, v in data.items()}
 
     data = in_unit(tree.model_dump(mode="json"), "start")
-    for key in ("robot", "angles"):
+    for key in ("robot", "angles", "planned_cycle_s"):
         if data[key] == OperationTree.model_fields[key].default:
             del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}
@@ -226,8 +235,8 @@ def _place(
                 model = _MODELS[str(part)]
                 name = _name_of(here)
                 continue
-            if part == "coarse":
-                model = CoarseZone
+            if part in _ZONES:
+                model = _ZONES[str(part)]
                 continue
             if part not in here and not (missing and is_last):
                 continue

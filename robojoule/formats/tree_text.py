@@ -47,7 +47,7 @@ def text_with_plan(text: str, tree: OperationTree) -> str | None:
     if len(found) != len(moves) or not isinstance(root, yaml.MappingNode):
         return None
     edits = [edit for node, move in zip(found, moves, strict=True) for edit in _edits(text, node, move)]
-    edits += _angle_edits(text, root, tree)
+    edits += [*_angle_edits(text, root, tree), *_cycle_edits(text, root, tree)]
     for edit in sorted(edits, key=lambda one: one.start, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.end :]
     return text
@@ -119,6 +119,17 @@ def _angle_edits(text: str, root: yaml.MappingNode, tree: OperationTree) -> Iter
     elif entry[1].value != tree.angles:
         quote = '"' if text[entry[1].start_mark.index] == '"' else ""
         yield _Edit(*_span(text, *entry), f"{quote}{tree.angles}{quote}")
+
+
+def _cycle_edits(text: str, root: yaml.MappingNode, tree: OperationTree) -> Iterator[_Edit]:
+    """What has to change so that the text says for which cycle time it was planned."""
+    entry, wanted = _entries(root).get("planned_cycle_s"), tree.planned_cycle_s
+    if wanted is None:
+        return  # a plan says it; where there is none, a key that stands there is for the caller to find
+    if entry is None:
+        yield _added(text, root, {"planned_cycle_s": number_text(wanted)})
+    elif not _reads_as(entry[1].value, wanted):
+        yield _Edit(*_span(text, *entry), number_text(wanted))
 
 
 def _span(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:

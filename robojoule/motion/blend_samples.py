@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
 from robojoule.motion.time_laws import PathLaw
 from robojoule.robots.drives import mains_power_w
+
+if TYPE_CHECKING:
+    from robojoule.motion.blends import BlendedPaths
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,8 @@ from robojoule.motion.dynamics import PathTorques
 from robojoule.motion.time_laws import PathLaw
 
 _BISECTIONS = 50
-_Acceleration = Callable[[Array], Array]
+_Acceleration = Callable[[Index, Array], Array]
+_Reached = Callable[[Index, Array, Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,24 +128,30 @@ class BlendTiming:
         found = timing.acceleration * np.where(timing.moving, corners.length_s, 1.0)
         if rows.size == 0:
             return found
-        length = corners.length_s[rows]
-        limits = timing.torque_limits().of(rows)
-        factor = np.ones(len(found))
+        limits, factor = timing.torque_limits().of(rows), np.ones(len(found))
+        place = np.zeros(len(found), dtype=np.intp)
+        place[rows] = np.arange(rows.size)
 
-        def acceleration(velocity: Array) -> Array:
-            """What a peak velocity leaves, shape (L,). [1/s]"""
-            factor[rows] = limits.acceleration(velocity[rows] / length)
-            return np.asarray(timing.acceleration_for(factor) * corners.length_s)
+        def acceleration(legs: Index, velocity: Array) -> Array:
+            """What peak velocities leave, shape (L',). [1/s]"""
+            factor[legs] = limits.of(place[legs]).acceleration(velocity / corners.length_s[legs])
+            return np.asarray(timing.acceleration_for(factor)[legs] * corners.length_s[legs])
 
-        ends = self._ends(self.highest[:, None], lambda velocity: acceleration(velocity[:, 0])[:, None])
+        def reached(legs: Index, start: Array, goal: Array) -> Array:
+            return self._searched(legs, start[:, 0], goal[:, 0], acceleration)[:, None]
+
+        ends = self._ends(self.highest[:, None], reached)
         first, last = (end[:, 0] for end in ends[1:])
-        low, high = np.maximum(first, last), np.maximum(self.highest, np.maximum(first, last))
+        first, last, straight = first[rows], last[rows], self.straight_s[rows]
+        low = np.maximum(first, last)
+        high = np.maximum(self.highest[rows], low)
+        whole = self._cruises(first, high, last, acceleration(rows, high), straight)
+        top = high
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2.0
-            cruises = self._cruises(first, middle, last, acceleration(middle), self.straight_s)
+            cruises = self._cruises(first, middle, last, acceleration(rows, middle), straight)
             low, high = np.where(cruises, middle, low), np.where(cruises, high, middle)
-        whole = self._cruises(first, self.highest, last, acceleration(self.highest), self.straight_s)
-        found[rows] = acceleration(np.where(whole, self.highest, low))[rows]
+        found[rows] = acceleration(rows, np.where(whole, top, low))
         return found
 
     def velocities(self, speed_limits: Array) -> BlendVelocities:
@@ -152,10 +159,12 @@ class BlendTiming:
         top = speed_limits * self.highest[:, None]
         share = self.timing.acceleration_share(speed_limits)
         acceleration = self.full_acceleration[:, None] * share
-        corner, first, last = self._ends(top, lambda velocity: acceleration)
+        jerk_s, straight = self.timing.filter_time_s, self.straight_s[:, None]
+        corner, first, last = self._ends(
+            top, lambda legs, start, goal: _reached(start, goal, straight[legs], acceleration[legs], jerk_s)
+        )
         low = np.maximum(first, last)
         peak = np.maximum(top, low)
-        straight = self.straight_s[:, None]
         open_ = ~self._cruises(first, peak, last, acceleration, straight)
         high = np.where(open_, peak, low)
         for _ in range(_BISECTIONS if open_.any() else 0):
@@ -164,12 +173,13 @@ class BlendTiming:
             low, high = np.where(cruises, middle, low), np.where(cruises, high, middle)
         return BlendVelocities(corner, first, np.where(open_, low, peak), last, acceleration)
 
-    def _ends(self, top: Array, acceleration: _Acceleration) -> tuple[Array, Array, Array]:
+    def _ends(self, top: Array, reached: _Reached) -> tuple[Array, Array, Array]:
         """Velocities of corners (C, S), and of legs at start and end (L, S), with legs of peak velocities up to `top`.
 
         Args:
             top: Shape (L, S).
-            acceleration: From velocities (L, S) to accelerations (L, S) [1/s], which fall with them.
+            reached: From legs (L') with velocities at one end and those wanted at the other, each of shape (L', S), to
+                what these can be, up to what is wanted.
         """
         corners = self.corners
         before, after = corners.before, corners.after
@@ -179,33 +189,30 @@ class BlendTiming:
         most = int(self._order.max(initial=0))
         for order in range(most):  # forward: what legs reach from their start
             legs = np.flatnonzero((self._order == order) & (self._corner_after >= 0))
-            last[legs] = self._reached(legs, first, last, acceleration)
+            last[legs] = reached(legs, first[legs], last[legs])
             first[legs + 1] = last[legs]
         for order in range(most, 0, -1):  # backward: what legs may start with, to end as they must
             legs = np.flatnonzero(self._order == order)
-            first[legs] = self._reached(legs, last, first, acceleration)
+            first[legs] = reached(legs, last[legs], first[legs])
             last[legs - 1] = first[legs]
         return first[after], first, last
 
-    def _reached(self, legs: Index, given: Array, wanted: Array, acceleration: _Acceleration) -> Array:
-        """Velocities up to those wanted that legs reach from those given on their straight part, shape (L', S)."""
-        start, goal = given[legs], wanted[legs]
-        straight = self.straight_s[legs, None]
-        low, high = np.minimum(start, goal), goal
-        trial = np.maximum(given, wanted)
+    def _searched(self, legs: Index, start: Array, goal: Array, acceleration: _Acceleration) -> Array:
+        """Velocities that legs reach on their straight parts, where acceleration depends on them, shape (L',)."""
+        straight, jerk_s = self.straight_s[legs], self.timing.filter_time_s
 
         def fits(velocity: Array) -> Mask:
-            trial[legs] = np.maximum(velocity, start)
-            way = _ramp_way_s(start, velocity, acceleration(trial)[legs], self.timing.filter_time_s)
-            return np.asarray(way <= straight, dtype=np.bool_)
+            left = acceleration(legs, np.maximum(velocity, start))
+            return np.asarray(_ramp_way_s(start, velocity, left, jerk_s) <= straight, dtype=np.bool_)
 
         enough = fits(goal) | (goal <= start)
         if enough.all():
             return goal
+        low, high = np.minimum(start, goal), goal
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2.0
-            reached = fits(middle)
-            low, high = np.where(reached, middle, low), np.where(reached, high, middle)
+            within = fits(middle)
+            low, high = np.where(within, middle, low), np.where(within, high, middle)
         return np.where(enough, goal, low)
 
     def _cruises(self, first: Array, peak: Array, last: Array, acceleration: Array, straight_s: Array) -> Mask:
@@ -272,6 +279,26 @@ def _ramp_s(change: Array, acceleration: Array, jerk_s: float) -> Array:
 def _ramp_way_s(start: Array, end: Array, acceleration: Array, jerk_s: float) -> Array:
     """Way of a ramp between two velocities. [s]"""
     return np.asarray((start + end) / 2.0 * _ramp_s(np.abs(end - start), acceleration, jerk_s))
+
+
+def _reached(start: Array, goal: Array, straight_s: Array, acceleration: Array, jerk_s: float) -> Array:
+    """Velocities up to a goal that ramps reach from a start on straight parts; arrays of one shape.
+
+    With the change D, the way is (2 start + D) (D / a + T) / 2 where D >= a T, else (2 start + D) sqrt(D T / a), whose
+    root in sqrt(D) is that of a cubic without a square.
+    """
+    full = acceleration * jerk_s
+    with np.errstate(divide="ignore", invalid="ignore"):
+        linear = 2.0 * start + full
+        rest = 2.0 * acceleration * straight_s - 2.0 * start * full
+        long = 2.0 * rest / (linear + np.sqrt(np.maximum(linear**2 + 4.0 * rest, 0.0)))
+        size = straight_s * np.sqrt(acceleration / jerk_s)
+        root = np.sqrt(size**2 / 4.0 + (2.0 * start / 3.0) ** 3)
+        y = np.cbrt(size / 2.0 + root) - np.cbrt(np.maximum(root - size / 2.0, 0.0))
+        for _ in range(2):  # what cancels in the difference of the roots
+            y -= np.nan_to_num((y**3 + 2.0 * start * y - size) / (3.0 * y**2 + 2.0 * start), posinf=0.0, neginf=0.0)
+    change = np.where(long >= full, long, np.maximum(y, 0.0) ** 2)
+    return np.where(goal <= start, goal, np.minimum(goal, start + change))
 
 
 def _ramped_law(

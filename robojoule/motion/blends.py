@@ -18,17 +18,17 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.errors import InputError
+from robojoule.motion.blend_samples import BlendSamples, sampled
 from robojoule.motion.blend_timing import BlendTiming, BlendVelocities
-from robojoule.motion.controller import DURATION_TOLERANCE_S
 from robojoule.motion.corners import Chain, Corners
 from robojoule.motion.dynamics import path_torques
+from robojoule.motion.groups import summed_runs
+from robojoule.motion.inverse import limits_for
 from robojoule.motion.simulation import OWN_ENGINES, Engines, MotionPaths, MotionRuns
 from robojoule.motion.time_laws import PathLaw
 from robojoule.robots.robot import Robot
 
-_BISECTIONS = 60
-_LEAST_LIMIT = 1e-5
-_LARGEST = ("peak_power_w", "peak_torque_ratio")
+_LEAST_LIMIT = 1e-5  # that counts as one where moves keep their own
 
 
 class BlendedPaths:
@@ -40,6 +40,7 @@ class BlendedPaths:
         move_range: Lowest and highest speed limit of each move, each of shape (K,); any if not given. [-]
         controller: The controller's model of the robot, by which it plans; the robot itself if not given.
         engines: What computes inverse dynamics; time laws have a closed form.
+        half_s: Half lengths of all corners, where they are known already. [s]
 
     Raises:
         InputError: Gravity and friction take all that a joint has in the poses of a corner.
@@ -52,6 +53,7 @@ class BlendedPaths:
         move_range: tuple[Array, Array] | None = None,
         controller: Robot | None = None,
         engines: Engines = OWN_ENGINES,
+        half_s: Array | None = None,
     ) -> None:
         self.robot, self.controller, self.engines = robot, controller, engines
         self.chains = tuple(chains)
@@ -61,7 +63,7 @@ class BlendedPaths:
         self._single = np.repeat(counts == 1, counts)  # moves that are whole motions
         self._chain = np.repeat(np.arange(len(counts)), counts)
         planner = robot if controller is None else controller
-        self.corners = Corners.of(planner, self.chains)
+        self.corners = Corners.of(planner, self.chains, half_s)
         self.legs = MotionPaths(robot, self.corners.start_rad, self.corners.end_rad, controller, engines)
         self.pieces = MotionPaths.along(robot, self.corners.pieces, controller, engines)
         torques = self.pieces.torques
@@ -97,12 +99,19 @@ class BlendedPaths:
         """Idle power at the end of each chain, shape (M,). [W]"""
         return np.asarray(self.legs.idle_power_end_w[self._ends[1]])
 
+    @property
+    def straight(self) -> tuple[Index, MotionPaths]:
+        """Chains of a single leg, and these legs as single motions."""
+        alone = np.flatnonzero(self._ends[0] == self._ends[1])
+        return alone, self.legs.subset(self._ends[0][alone])
+
     def subset(self, rows: Index | slice) -> BlendedPaths:
         """Some of the chains, in the order given."""
         chosen = np.arange(self.motions)[rows].tolist()
         moves = np.concatenate([np.flatnonzero(self._chain == chain) for chain in chosen])
         bounds = self.move_range[0][moves], self.move_range[1][moves]
-        part = BlendedPaths(self.robot, [self.chains[k] for k in chosen], bounds, self.controller, self.engines)
+        chains, half_s = [self.chains[k] for k in chosen], self.corners.half_lengths_s(chosen)
+        part = BlendedPaths(self.robot, chains, bounds, self.controller, self.engines, half_s)
         legs = np.concatenate([np.flatnonzero(self.corners.chain == chain) for chain in chosen])
         part.legs.timing.take_full_speed(self.legs.timing, legs)
         part.timing.full_acceleration = self.timing.full_acceleration[legs]
@@ -144,30 +153,22 @@ class BlendedPaths:
         alone = self._ends[0] == self._ends[1]
         if alone.all():
             return single
-        fastest = self.minimum_durations()
-        low, high = np.full(self.motions, _LEAST_LIMIT), np.ones(self.motions)
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            enough = self.durations(middle[:, None])[:, 0] <= fastest + DURATION_TOLERANCE_S
-            high, low = np.where(enough, middle, high), np.where(enough, low, middle)
-        return np.where(alone, single, high)
+        return np.where(alone, single, self._saturating())
+
+    def _saturating(self) -> Array:
+        """Lowest speed limits at which no limit of a leg binds beyond what bounds the fastest run, shape (M,)."""
+        low, high = (bound[self.corners.leg] for bound in self.move_range)
+        if self.timing.timing.acceleration_share(np.array([0.5]))[0] < 1.0:
+            return np.ones(self.motions)  # a higher limit always gives a higher acceleration
+        peak = self.timing.velocities(high[:, None]).peak[:, 0]
+        needed = np.divide(peak, self.timing.highest, out=np.ones_like(peak), where=self.timing.highest > 0.0)
+        found = np.full(self.motions, _LEAST_LIMIT)
+        np.maximum.at(found, self.corners.chain, np.where(needed > low, np.minimum(needed, 1.0), _LEAST_LIMIT))
+        return np.where(self.moving, found, 1.0)
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations; see `PathTiming`. [-]"""
-        wanted, fastest = np.asarray(durations_s, dtype=float), self.minimum_durations()
-        short = np.flatnonzero(wanted < fastest - DURATION_TOLERANCE_S)
-        if short.size:
-            i = int(short[0])
-            raise InputError(
-                f"motion {i + 1} cannot take {wanted[i]:.6g} s", allowed=f"at least {fastest[i]:.6g} s (full speed)"
-            )
-        target = np.maximum(wanted, fastest)
-        low, high = np.full(self.motions, _LEAST_LIMIT), np.ones(self.motions)
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            enough = self.durations(middle[:, None])[:, 0] <= target
-            high, low = np.where(enough, middle, high), np.where(enough, low, middle)
-        return np.where((target <= fastest + DURATION_TOLERANCE_S) | ~self.moving, 1.0, high)
+        return limits_for(self.durations, durations_s, self.minimum_durations(), self.moving)
 
     def simulate(self, speed_limits: ArrayLike) -> MotionRuns:
         """Run every chain at speed limits, (S,) or (M, S)."""
@@ -184,18 +185,14 @@ class BlendedPaths:
         shape = len(self.corners.corner), limits.shape[1]
         pieces = self.pieces.runs_by(np.ones(shape), lambda rows: self.timing.piece_laws(velocities, rows))
         chain = np.append(self.corners.chain, self.corners.chain[self.corners.before][self.corners.corner])
-        arrays = {}
-        for field in fields(MotionRuns):
-            values = np.concatenate([legs[field.name], pieces[field.name]])
-            total = np.zeros((self.motions, *values.shape[1:]))
-            if field.name in _LARGEST:
-                np.maximum.at(total, chain, values)
-            else:
-                np.add.at(total, chain, values)
-            arrays[field.name] = total
+        arrays = summed_runs([MotionRuns(**legs), MotionRuns(**pieces)], chain, self.motions)
         arrays["speed_limit"] = np.maximum.reduceat(move_limits, np.searchsorted(self._chain, np.arange(self.motions)))
         self._add_dead_time(arrays)
         return MotionRuns(**arrays)
+
+    def power_samples(self, motion: int, move_limits: Array, rate_hz: float) -> BlendSamples:
+        """Time series of one motion; see `robojoule.motion.motions.MovedMotions`."""
+        return sampled(self, motion, move_limits, rate_hz)
 
     def leg_laws(self, rows: Index, limits: Array, velocities: BlendVelocities) -> PathLaw:
         """Laws of legs; those that are whole motions by the very formula of single ones."""

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from robojoule.arrays import Array, Index
 from robojoule.errors import InputError
 from robojoule.motion.dynamics import PathTorques
+from robojoule.motion.inverse import check_durations
 from robojoule.motion.path import Path
 from robojoule.motion.time_laws import (
     PathLaw,
@@ -33,7 +34,6 @@ from robojoule.motion.time_laws import (
 from robojoule.motion.torque_limits import NEVER_BINDS, TorqueLimits
 from robojoule.robots.robot import Robot
 
-DURATION_TOLERANCE_S = 1e-9
 _BISECTIONS = (4, 6, 42)
 _BLOCK = 128  # motions whose torque limits are looked at together: keeps the work arrays in the processor's cache
 
@@ -251,12 +251,7 @@ class PathTiming:
         """
         wanted = np.asarray(durations_s, dtype=float)
         fastest = self.minimum_durations()
-        short = np.flatnonzero(wanted < fastest - DURATION_TOLERANCE_S)
-        if short.size:
-            i = int(short[0])
-            raise InputError(
-                f"motion {i + 1} cannot take {wanted[i]:.6g} s", allowed=f"at least {fastest[i]:.6g} s (full speed)"
-            )
+        check_durations(wanted, fastest)
         rows = np.flatnonzero(self.moving)
         result = np.ones(self.motions)
         if rows.size == 0:

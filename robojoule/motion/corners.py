@@ -7,7 +7,7 @@ speed all along. In a corner of half length h the slope turns from that of one l
     dq/dx = A (1 - f(u)) + B f(u) ,    f(u) = 3 u^2 - 2 u^3 ,    u from 0 to 1 over 2 h ,
 
 so the path leaves one leg h before the point and meets the next one h behind it, slope and curvature are continuous,
-and no joint is faster than on the faster one of both legs.
+no joint exceeding its speed on the faster leg.
 
 h is the largest length for which all of the corner keeps within the zone:
 
@@ -106,12 +106,13 @@ class Corners:
     share: Array
 
     @classmethod
-    def of(cls, robot: Robot, chains: Sequence[Chain]) -> Corners:
+    def of(cls, robot: Robot, chains: Sequence[Chain], half_s: Array | None = None) -> Corners:
         """Corners of chains.
 
         Args:
             robot: The robot whose tool radii are of and whose full speed lengths are of.
             chains: The chains.
+            half_s: Half lengths of the corners, shape (C,), where they are known already. [s]
         """
         kept = [chain.distinct() for chain in chains]
         counts = [len(legs) for _, legs in kept]
@@ -123,7 +124,9 @@ class Corners:
         before = np.setdiff1d(np.arange(len(start)), ends - 1)
         radius = np.concatenate([chain.radius_m for chain, _ in kept])
         share = np.concatenate([chain.path_share for chain, _ in kept])
-        half = _half_lengths(robot, start, end, length, before, radius, np.minimum(share, LARGEST_SHARE))
+        half = half_s
+        if half is None:
+            half = _half_lengths(robot, start, end, length, before, radius, np.minimum(share, LARGEST_SHARE))
         pieces, corner, widths = _pieces(_polynomials(start, end, length, before, half))
         return cls(
             start_rad=start,
@@ -137,6 +140,11 @@ class Corners:
             corner=corner,
             share=widths,
         )
+
+    def half_lengths_s(self, chains: Sequence[int]) -> Array:
+        """Half lengths of the corners of some chains, one after the other. [s]"""
+        of_corner = self.chain[self.before]
+        return np.concatenate([self.half_s[of_corner == chain] for chain in chains])
 
     @property
     def after(self) -> Index:

@@ -16,16 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, Index
-from robojoule.errors import InputError
-from robojoule.motion.controller import DURATION_TOLERANCE_S, PathTiming
+from robojoule.motion.controller import PathTiming
 from robojoule.motion.dynamics import PathTorques
+from robojoule.motion.inverse import limits_for
 from robojoule.motion.path import Path
 from robojoule.motion.time_laws import PathLaw, duration_at_peak_s, path_law, reachable_velocity
 from robojoule.robots.controller_file import ControllerTiming
 from robojoule.robots.robot import Robot
 
 _BISECTIONS = 60
-_LEAST_LIMIT = 1e-5
 
 
 def reached_velocity(velocity: ArrayLike, acceleration: ArrayLike, filter_time_s: ArrayLike, share: float) -> Array:
@@ -140,22 +139,7 @@ class LearntPathTiming(PathTiming):
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations; see `PathTiming`. [-]"""
-        wanted = np.asarray(durations_s, dtype=float)
-        fastest = self.minimum_durations()
-        short = np.flatnonzero(wanted < fastest - DURATION_TOLERANCE_S)
-        if short.size:
-            i = int(short[0])
-            raise InputError(
-                f"motion {i + 1} cannot take {wanted[i]:.6g} s", allowed=f"at least {fastest[i]:.6g} s (full speed)"
-            )
-        target = np.maximum(wanted, fastest)
-        low, high = np.full(self.motions, _LEAST_LIMIT), np.ones(self.motions)
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            enough = self.durations(middle[:, None])[:, 0] <= target
-            high, low = np.where(enough, middle, high), np.where(enough, low, middle)
-        fastest_runs = target <= fastest + DURATION_TOLERANCE_S
-        return np.where(fastest_runs | ~self.moving, 1.0, high)
+        return limits_for(self.durations, durations_s, self.minimum_durations(), self.moving)
 
     def law(self, index: int, peak_velocity: float) -> PathLaw:
         """Time law of motion `index` at a peak path velocity [1/s], without the dead time."""

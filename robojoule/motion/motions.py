@@ -36,6 +36,9 @@ class Motions(Protocol):
     def durations(self, speed_limits: ArrayLike) -> Array:
         """Durations at speed limits (S,) or (M, S), fractions in (0, 1], shape (M, S). [s]"""
 
+    def minimum_durations(self) -> Array:
+        """Durations at full speed, shape (M,). [s]"""
+
     def fastest_speed_limits(self) -> Array:
         """Lowest speed limits that give the fastest runs, shape (M,); 1 for motions of zero length. [-]"""
 
@@ -47,3 +50,28 @@ class Motions(Protocol):
 
     def subset(self, rows: Index | slice) -> Motions:
         """Some of the motions, in the order given."""
+
+
+class PowerSamples(Protocol):
+    """Mains power of one run in time."""
+
+    @property
+    def time_s(self) -> Array:
+        """Instants, shape (T,); the last is the end of the run. [s]"""
+
+    @property
+    def power_w(self) -> Array:
+        """Mains power, shape (T,). [W]"""
+
+
+class MovedMotions(Motions, Protocol):
+    """Motions of which each is made of moves, K in all, with speed limits of their own."""
+
+    def simulate_moves(self, move_limits: Array) -> MotionRuns:
+        """Run every motion with speed limits of its moves, shape (K, S); runs name the highest of each motion."""
+
+    def subset(self, rows: Index | slice) -> MovedMotions:
+        """Some of the motions, in the order given."""
+
+    def power_samples(self, motion: int, move_limits: Array, rate_hz: float) -> PowerSamples:
+        """Time series of one motion with speed limits of all moves, shape (K,), at a fixed rate and at its end."""

@@ -242,6 +242,14 @@ class MotionPaths:
             self.add_dead_time(arrays)
         return MotionRuns(**arrays)
 
+    def simulate_moves(self, move_limits: Array) -> MotionRuns:
+        """Run every motion, which is a move each, at speed limits of shape (M, S)."""
+        return self.simulate(move_limits)
+
+    def power_samples(self, motion: int, move_limits: Array, rate_hz: float) -> MotionSamples:
+        """Time series of one motion at speed limits of all moves, shape (M,); see `sample`."""
+        return self.sample(motion, float(move_limits[motion]), rate_hz)
+
     def runs_by(self, speed_limits: Array, law_of: Callable[[Index], PathLaw]) -> dict[str, Array]:
         """Figures of runs by given time laws, without dead times: the fields of `MotionRuns` by their names.
 

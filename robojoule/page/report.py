@@ -172,9 +172,9 @@ def _speed_limits(batch: TreeBatch, trade_off: TradeOff) -> tuple[Array, ...]:
     last = np.array([profile.d_max_s for profile in trade_off.profiles])
     durations = first[:, np.newaxis] * (np.maximum(last, 1e-12) / np.maximum(first, 1e-12))[:, np.newaxis] ** shares
     durations = np.clip(durations, first[:, np.newaxis], last[:, np.newaxis])
-    fastest = batch.paths.minimum_durations()
+    fastest = batch.planned.minimum_durations()
     limits = np.stack(
-        [batch.paths.speed_limits_for_durations(np.maximum(column, fastest)) for column in durations.T], axis=1
+        [batch.planned.speed_limits_for_durations(np.maximum(column, fastest)) for column in durations.T], axis=1
     )
     return tuple(np.stack(pair) for pair in zip(durations, limits, strict=True))
 

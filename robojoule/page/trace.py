@@ -10,7 +10,7 @@ from robojoule.arrays import Array
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, standing_energies_j
 from robojoule.profile.energy_profile import PARTS
-from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation, WaitOperation
 
 _POINTS = 3000  # of the power of a whole cycle, all motions together
 _LEAST_POINTS, _MOST_POINTS = 8, 120  # of one motion
@@ -69,16 +69,17 @@ def cycle_trace(batch: TreeBatch, tree: OperationTree, run: CycleRun, *, sampled
     points = int(np.clip(_POINTS // max(len(run.names), 1), _LEAST_POINTS, _MOST_POINTS))
     times: list[Array] = []
     powers: list[Array] = []
+    limits = np.array([move.speed_limit_percent / 100.0 for move in tree.moves()])
     motion = 0
     for step in steps:
         time, power = np.array([step.start_s, step.end_s]), np.full(2, step.power_w)
         if step.kind == "move":
             if sampled and step.end_s > step.start_s:
-                time, power = _sampled(batch, motion, float(run.speed_limits[motion]), step, points)
+                time, power = _sampled(batch, motion, limits, step, points)
             motion += 1
         times.append(time)
         powers.append(power)
-    parts = _parts_j(batch, run) if sampled else {"motions_j": float(motions_j.sum())}
+    parts = _parts_j(batch, limits) if sampled else {"motions_j": float(motions_j.sum())}
     process_j = sum(step.duration_s * step.power_w for step in tree.atomic() if isinstance(step, ProcessOperation))
     parts |= {"standing_j": float(standing_j.sum()), "process_j": process_j}
     return CycleTrace(steps, np.concatenate(times), np.concatenate(powers), parts)
@@ -108,18 +109,18 @@ def _steps(tree: OperationTree, run: CycleRun, motions_j: Array, standing_j: Arr
             vertex += 1
         elif isinstance(operation, ProcessOperation):
             add("process", operation.name, operation.duration_s, float(standing_w[at]) + operation.power_w)
-        else:
+        elif isinstance(operation, WaitOperation):
             add("wait", operation.name, operation.duration_s, float(standing_w[at]))
     return tuple(steps)
 
 
-def _sampled(batch: TreeBatch, motion: int, speed_limit: float, step: Step, points: int) -> tuple[Array, Array]:
+def _sampled(batch: TreeBatch, motion: int, move_limits: Array, step: Step, points: int) -> tuple[Array, Array]:
     """Power within a motion; its instants fill the step, whatever dead time a learnt controller adds."""
     length = step.end_s - step.start_s
-    samples = batch.paths.sample(motion, speed_limit, rate_hz=max(points - 1, 1) / length)
+    samples = batch.executed.power_samples(motion, move_limits, max(points - 1, 1) / length)
     return step.start_s + samples.time_s * (length / samples.time_s[-1]), samples.power_w
 
 
-def _parts_j(batch: TreeBatch, run: CycleRun) -> dict[str, float]:
-    runs = batch.paths.simulate(run.speed_limits[:, np.newaxis])
+def _parts_j(batch: TreeBatch, move_limits: Array) -> dict[str, float]:
+    runs = batch.executed.simulate_moves(move_limits[:, np.newaxis])
     return {part: float(getattr(runs, part).sum()) for part in PARTS}

@@ -17,7 +17,7 @@ from robojoule.planning.plan import Plan, plan_warnings, standby_until, waiting_
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.whole_speeds import whole_speed_plan
-from robojoule.planning.writeback import WAIT_STEP_S, write_plan
+from robojoule.planning.writeback import write_plan
 from robojoule.programs.operation_tree import OperationTree
 
 MOST_FACTOR = 3.0  # by which motions may last longer, or shorter, than simulated
@@ -52,7 +52,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
     as_ran, at_full = (scaled(run, factor, batch.idle_post_w) for run in (ran, fastest))
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=ran.cycle_time_s, least_s=least_s)
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
         raise CycleTimeTooShort(wanted_s, least_s + kept_s)
@@ -76,7 +76,8 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         post_waits_s=waits[:, 1],
         starts_s=ends - waits[:, 1] - durations,
     )
-    written = write_plan(tree, graph, timed, whole.speed_limits, durations, WAIT_STEP_S)
+    written = write_plan(tree, graph, timed, whole.speed_limits, durations, program.wait_step_s)
+    written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
     idle_w = float(batch.idle_post_w[-1])
     return Plan(

@@ -8,10 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array
+from robojoule.arrays import Array, Index
 from robojoule.errors import InputError
+from robojoule.motion.groups import TiedMotions
+from robojoule.motion.motions import Motions, MovedMotions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.graph import OptimizationGraph, graph_of_tree
+from robojoule.planning.tree_motions import check_single_moves, motions_of_trees
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots.robot import Robot
@@ -22,7 +25,9 @@ SLOWEST_SPEED_LIMIT = 0.01  # the least whole percent, which controllers take
 class TreeBatch:
     """Trees, their graphs and the motions of all of them.
 
-    The M motions of all trees stand in one list, tree after tree; every array "of motions" has that order.
+    The M motions of all trees, each from stop to stop, stand in one list, tree after tree; every array "of motions" has
+    that order. `executed` are the motions as they run; in `planned` those of one speed limit count as one
+    (`robojoule.motion.groups.TiedMotions`).
 
     Args:
         robot: Robot that executes every tree.
@@ -33,7 +38,7 @@ class TreeBatch:
         speed_range: Lowest and highest speed limit of each motion that the trees allow, each of shape (M,). [-]
 
     Raises:
-        InputError: A tree does not fit the robot, or has coarse zones (their motions cannot be simulated singly).
+        InputError: A tree does not fit the robot.
     """
 
     def __init__(
@@ -44,48 +49,69 @@ class TreeBatch:
             if tree.angles != "model":
                 problem = f"tree '{tree.name}' is in angles of the pendant"
                 raise InputError(problem, key="angles", allowed="angles of the model (`in_model_angles`)")
-            for move in tree.moves():
-                if not move.is_fine:
-                    raise InputError(
-                        f"move '{move.name}' of tree '{tree.name}' has a coarse zone, which cannot be planned yet",
-                        allowed="zone: fine",
-                    )
         self.robot = robot
         self.trees = tuple(trees)
         self.slowest_speed_limit = slowest_speed_limit
         self.graphs: tuple[OptimizationGraph, ...] = tuple(graph_of_tree(tree, robot.name) for tree in trees)
-        points = [tree.configurations_rad() for tree in trees]
-        self.paths = MotionPaths(
-            robot, np.concatenate([p[:-1] for p in points]), np.concatenate([p[1:] for p in points])
+        ends = np.cumsum([len(graph.vertices) for graph in self.graphs])
+        self.rows = tuple(
+            slice(int(end) - len(graph.vertices), int(end)) for graph, end in zip(self.graphs, ends, strict=True)
         )
-        ends = np.cumsum([len(p) - 1 for p in points])
-        self.rows = tuple(slice(int(end) - len(p) + 1, int(end)) for p, end in zip(points, ends, strict=True))
-        self.speed_range = speed_range([move for tree in trees for move in tree.moves()], slowest_speed_limit)
+        moves = [move for tree in trees for move in tree.moves()]
+        of_moves = speed_range(moves, slowest_speed_limit)
+        self.executed: MovedMotions = motions_of_trees(robot, trees, of_moves)
+        self.leaders: Index = np.concatenate(
+            [graph.leaders + rows.start for graph, rows in zip(self.graphs, self.rows, strict=True)]
+        )
+        self.is_tied = bool((self.leaders != np.arange(len(self.leaders))).any())
+        self.planned: Motions = TiedMotions(self.executed, self.leaders) if self.is_tied else self.executed
+        owner = self.leaders[np.repeat(np.arange(len(self.leaders)), self._move_counts())]
+        self.speed_range = _of_motions(of_moves, owner, self.leaders)
+
+    def _move_counts(self) -> list[int]:
+        """Number of moves of each motion."""
+        return [len(vertex.moves) for graph in self.graphs for vertex in graph.vertices]
+
+    @property
+    def paths(self) -> MotionPaths:
+        """The motions, where each is one fine move with a speed limit and the given payload.
+
+        Raises:
+            InputError: There are coarse zones, speed groups or changes of payload.
+        """
+        for tree in self.trees:
+            check_single_moves(tree)
+        assert isinstance(self.planned, MotionPaths)
+        return self.planned
+
+    @paths.setter
+    def paths(self, paths: MotionPaths) -> None:
+        self.executed = self.planned = paths
 
     @cached_property
     def d_min_s(self) -> Array:
         """Duration of each motion at its highest speed limit, shape (M,). [s]"""
-        return np.asarray(self.paths.durations(self.speed_range[1][:, np.newaxis])[:, 0])
+        return np.asarray(self.planned.durations(self.speed_range[1][:, np.newaxis])[:, 0])
 
     @cached_property
     def d_max_s(self) -> Array:
         """Duration of each motion at its lowest speed limit, shape (M,). [s]"""
-        return np.asarray(self.paths.durations(self.speed_range[0][:, np.newaxis])[:, 0])
+        return np.asarray(self.planned.durations(self.speed_range[0][:, np.newaxis])[:, 0])
 
     @cached_property
     def idle_prior_w(self) -> Array:
         """True idle power at the start of each motion, shape (M,). [W]"""
-        return self.paths.idle_power_start_w
+        return self.planned.idle_power_start_w
 
     @cached_property
     def idle_post_w(self) -> Array:
         """True idle power at the end of each motion, shape (M,). [W]"""
-        return self.paths.idle_power_end_w
+        return self.planned.idle_power_end_w
 
     @cached_property
     def saturating_speed_limits(self) -> Array:
         """Lowest speed limit that gives the fastest run that is allowed, shape (M,). [-]"""
-        return np.clip(self.paths.fastest_speed_limits(), *self.speed_range)
+        return np.clip(self.planned.fastest_speed_limits(), *self.speed_range)
 
     def speed_limits(self, count: int) -> Array:
         """Equidistant speed limits of each motion from the slowest to the lowest of full speed, shape (M, S). [-]"""
@@ -116,6 +142,20 @@ def speed_range(moves: Sequence[MoveOperation], slowest_speed_limit: float) -> t
     fixed = np.array([move.fixed for move in moves], dtype=bool)
     lowest = np.minimum(np.maximum(least, slowest_speed_limit), highest)
     return np.where(fixed, highest, lowest), highest
+
+
+def _of_motions(of_moves: tuple[Array, Array], owner: Index, leaders: Index) -> tuple[Array, Array]:
+    """Lowest and highest speed limit of motions, within which one of their moves may differ.
+
+    Args:
+        of_moves: Lowest and highest speed limits of K moves.
+        owner: Motion whose speed limit each move has, shape (K,).
+        leaders: The same of each motion, shape (M,).
+    """
+    lowest, highest = np.full(len(leaders), np.inf), np.zeros(len(leaders))
+    np.minimum.at(lowest, owner, of_moves[0])
+    np.maximum.at(highest, owner, of_moves[1])
+    return lowest[leaders], highest[leaders]
 
 
 def percent_of(speed_limit: float, given_percent: float | None = None) -> float:

@@ -14,12 +14,13 @@ from robojoule.motion.simulation import MotionRuns
 from robojoule.planning.batch import TreeBatch, percent_of
 from robojoule.planning.graph import graph_of_tree, process_energy_j
 from robojoule.planning.standstills import standing
+from robojoule.planning.tree_motions import closes
 from robojoule.profile.energy_profile import rms_torque_warning, torque_warning
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
 from robojoule.robots.robot import Robot
 from robojoule.robots.standby import StandbyMode, standing_energy_j
 
-SAME_POSITION_RAD = 1e-6
+OPEN_CYCLE = "the cycle ends elsewhere than it starts: the way back is not part of it"
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class MoveRun:
         energy_j: Energy of the movement and of standing before and after it. [J]
         peak_power_w: Largest mains power during the movement; 0 where nothing moves. [W]
         peak_torque_ratio: Largest joint torque over its peak limit during the movement; 0 where nothing moves. [-]
+        through: Names of the coarse moves before it that belong to the same motion; its figures are those of all, its
+            speed limit is the highest of all.
     """
 
     name: str
@@ -45,6 +48,7 @@ class MoveRun:
     energy_j: float
     peak_power_w: float
     peak_torque_ratio: float
+    through: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +72,7 @@ class CycleRun:
         standby: Those modes; none: motors hold.
         end_standing_s: How long the robot stands at the end of the cycle, and on into the next one. [s]
         warnings: What to know about it, a sentence each, where a program was simulated for itself.
+        through: Names of the coarse moves that each motion goes through; of none if empty.
     """
 
     names: tuple[str, ...]
@@ -86,6 +91,7 @@ class CycleRun:
     standby: tuple[StandbyMode, ...] = ()
     end_standing_s: float = 0.0
     warnings: tuple[str, ...] = ()
+    through: tuple[tuple[str, ...], ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -113,7 +119,10 @@ class CycleRun:
             self.peak_powers_w,
             self.peak_torque_ratios,
         )
-        return tuple(MoveRun(*row) for row in zip(self.names, *(column.tolist() for column in columns), strict=True))
+        through = self.through or ((),) * len(self.names)
+        return tuple(
+            MoveRun(*row) for row in zip(self.names, *(column.tolist() for column in columns), through, strict=True)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The cycle as plain data, ready for JSON."""
@@ -124,7 +133,7 @@ class CycleRun:
             "rms_torque_ratio": self.rms_torque_ratio,
             "peak_power_w": self.peak_power_w,
             "standby_saving_j": self.standby_saving_j,
-            "moves": [asdict(move) for move in self.moves],
+            "moves": [asdict(move) | {"through": list(move.through)} for move in self.moves],
             "warnings": list(self.warnings),
         }
 
@@ -152,7 +161,7 @@ def simulate_trees(batch: TreeBatch, written: Sequence[Sequence[OperationTree]])
             for variants in written
         ]
     )
-    runs = batch.paths.simulate(limits)
+    runs = batch.executed.simulate_moves(limits)
     return [
         [_cycle_run(batch, runs, rows, k, variant) for k, variant in enumerate(variants)]
         for rows, variants in zip(batch.rows, written, strict=True)
@@ -165,14 +174,8 @@ def cycle_warnings(tree: OperationTree, run: CycleRun) -> tuple[str, ...]:
     if run.rms_torque_ratio > 1.0:
         found.append(rms_torque_warning(run.rms_torque_ratio))
     if not closes(tree):
-        found.append("the cycle ends elsewhere than it starts: the way back is not part of it")
+        found.append(OPEN_CYCLE)
     return tuple(found)
-
-
-def closes(tree: OperationTree) -> bool:
-    """Whether a cycle ends where it starts."""
-    start, *_, end = tree.configurations_rad()
-    return bool(np.allclose(start, end, rtol=0.0, atol=SAME_POSITION_RAD))
 
 
 def peak_warnings(run: CycleRun) -> tuple[str, ...]:
@@ -193,11 +196,12 @@ def _cycle_run(batch: TreeBatch, runs: MotionRuns, rows: slice, k: int, tree: Op
     standing_j, saved_j = standing_energies_j(batch.robot, tree, prior, post, idle_prior_w, idle_post_w)
     vertex_energies = runs.energy_j[rows, k] + standing_j
     cycle_time_s = float((prior + durations + post).sum())
-    standing = batch.paths.torques.at_nodes[2][rows] ** 2  # squared gravity torques, which motors hold in waits
-    squared = runs.torque_square_integral_nm2_s[rows, k].sum(axis=0) + prior @ standing[:, 0] + post @ standing[:, -1]
+    before, after = (torque[rows] ** 2 for torque in batch.executed.standing_torque_nm)  # which motors hold in waits
+    squared = runs.torque_square_integral_nm2_s[rows, k].sum(axis=0) + prior @ before + post @ after
     processes = _process_powers_w(tree, idle_prior_w, idle_post_w)
     return CycleRun(
         names=tuple(vertex.name for vertex in vertices),
+        through=tuple(vertex.moves[:-1] for vertex in vertices),
         speed_limits=runs.speed_limit[rows, k],
         durations_s=durations,
         prior_waits_s=prior,
@@ -245,7 +249,7 @@ def _process_powers_w(tree: OperationTree, idle_prior_w: Array, idle_post_w: Arr
     for operation in tree.atomic():
         if isinstance(operation, MoveOperation):
             standing_w = float(idle_post_w[moved])
-            moved += 1
+            moved += operation.is_fine
         elif isinstance(operation, ProcessOperation) and operation.duration_s > 0.0:
             powers.append(standing_w + operation.power_w)
     return powers

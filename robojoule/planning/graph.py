@@ -1,8 +1,10 @@
 """The optimisation graph (thesis 3.1): vertices, their order within and between robots, possible collisions.
 
 A vertex is a fine move, or a group of coarse moves with the fine move that ends it: between two stops the robot cannot
-wait. Wait operations, process steps and waits that stand at a move become least waits of the neighbouring vertex; a
-plan may only lengthen them. Waits that an earlier plan added (`added_wait_after_s`) are none of them.
+wait, and has one speed limit, which each move takes as far as its own range allows. Vertices with moves of one speed
+group have one speed limit, too. Wait operations, process steps and waits that stand at a move become least waits of the
+neighbouring vertex; a plan may only lengthen them. Waits that an earlier plan added (`added_wait_after_s`) are none of
+them.
 """
 
 from __future__ import annotations
@@ -11,8 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+import numpy as np
+
+from robojoule.arrays import Index
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
+from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation, WaitOperation
 
 
 class Phase(Enum):
@@ -33,6 +38,7 @@ class Vertex:
         moves: Names of its moves in order; the last one is fine.
         least_prior_wait_s: Least wait before the movement. [s]
         least_post_wait_s: Least wait after the movement. [s]
+        leader: First of the vertices that have the same speed limit; None: itself.
     """
 
     name: str
@@ -40,6 +46,7 @@ class Vertex:
     moves: tuple[str, ...] = ()
     least_prior_wait_s: float = 0.0
     least_post_wait_s: float = 0.0
+    leader: str | None = None
 
 
 @dataclass(frozen=True)
@@ -114,6 +121,12 @@ class OptimizationGraph:
                     demand = "the same robot" if same_robot else "different robots"
                     raise InputError(f"'{u}' and '{v}' must belong to {demand}", key=key)
 
+    @property
+    def leaders(self) -> Index:
+        """Of each vertex, the place of the first one that has the same speed limit, shape (V,)."""
+        places = [place if v.leader is None else self.index[v.leader] for place, v in enumerate(self.vertices)]
+        return np.array(places, dtype=np.intp)
+
     def robot_of(self, vertex: str) -> str:
         """Robot that executes a vertex."""
         return self.vertices[self.index[vertex]].robot
@@ -151,13 +164,15 @@ def graph_of_tree(tree: OperationTree, robot: str | None = None) -> Optimization
     groups: list[list[MoveOperation]] = [[]]
     standing: list[float] = [0.0]  # before the first vertex, after the first, after the second ...
     for operation in tree.atomic():
-        if not isinstance(operation, MoveOperation):
+        if isinstance(operation, (WaitOperation, ProcessOperation)):
             standing[-1] += operation.duration_s
+        if not isinstance(operation, MoveOperation):
             continue
         groups[-1].append(operation)
         if operation.is_fine:
             groups.append([])
             standing.append(0.0)
+    leaders = _leaders(groups[:-1])
     vertices = [
         Vertex(
             name=moves[-1].name,
@@ -165,6 +180,7 @@ def graph_of_tree(tree: OperationTree, robot: str | None = None) -> Optimization
             moves=tuple(move.name for move in moves),
             least_prior_wait_s=moves[0].wait_before_s + (standing[0] if position == 0 else 0.0),
             least_post_wait_s=moves[-1].wait_after_s + standing[position + 1],
+            leader=None if leaders[position] == position else groups[leaders[position]][-1].name,
         )
         for position, moves in enumerate(groups[:-1])
     ]
@@ -173,6 +189,18 @@ def graph_of_tree(tree: OperationTree, robot: str | None = None) -> Optimization
         for position, (u, v) in enumerate(zip(vertices, vertices[1:] + vertices[:1], strict=True))
     ]
     return OptimizationGraph(tuple(vertices), tuple(edges))
+
+
+def _leaders(groups: Sequence[Sequence[MoveOperation]]) -> list[int]:
+    """Of each group of moves, the first one that it shares speed groups with, directly or through others."""
+    leaders = list(range(len(groups)))
+    first: dict[str, int] = {}
+    for position, moves in enumerate(groups):
+        for name in dict.fromkeys(move.speed_group for move in moves if move.speed_group is not None):
+            one, other = leaders[first.setdefault(name, position)], leaders[position]
+            low, high = min(one, other), max(one, other)
+            leaders = [low if leader == high else leader for leader in leaders]
+    return leaders
 
 
 def process_energy_j(tree: OperationTree) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,23 +10,32 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import counted
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.cycle_run import CycleRun, simulate_trees, standing_energies_j
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.speed_choice import (
+    TOLERANCE,
     Outlook,
+    cautious_energies,
     choose_speeds,
     controller_limits,
     late_probability,
     saving_interval,
     second_trial_limit,
 )
-from robojoule.planning.writeback import WAIT_STEP_S, write_plan
+from robojoule.planning.standstills import standing, standstills_of
+from robojoule.planning.tree_motions import closes
+from robojoule.planning.whole_speeds import SpeedSearch
+from robojoule.planning.writeback import write_plan
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.robots.robot import Robot
+from robojoule.robots.standby import standing_energy_j
 
 SAME_TIME_S = 1e-3  # of waits: below, nothing is left to be used
+_ROUNDING_S = 1e-9  # of sums of durations
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +74,8 @@ def plan_on_measurements(
     cautious: bool = False,
     speed_step: float = 0.01,
     every_move: bool = True,
+    wait_step_s: float = WAIT_STEP_S,
+    placed: Callable[[OperationTree], OperationTree] = lambda tree: tree,
 ) -> MeasuredPlan:
     """Plan the one tree of a batch on measured runs of its moves.
 
@@ -76,6 +87,8 @@ def plan_on_measurements(
         cautious: Whether to plan by the upper quantile of energy differences.
         speed_step: Step of the speed limits that the controller takes. [-]
         every_move: Whether runs of every move at two speed limits or more are demanded.
+        wait_step_s: Step of added waits. [s]
+        placed: Moves added waits to where the program can say them.
 
     Raises:
         InputError: Runs are missing: names the move, or the speed limit at which to run the program once more.
@@ -85,7 +98,7 @@ def plan_on_measurements(
     as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
     profiles, limits = profiles_of_runs(batch, runs, as_written.speed_limits, speed_step)
     taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])
-    given, fastest = (believed(run, profiles) for run in (as_written, at_full))
+    given, fastest = (believed(run, profiles, batch.robot, tree) for run in (as_written, at_full))
     waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
     allowed = profiles.allowed & taken & _within(batch, profiles)
     least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
@@ -99,16 +112,25 @@ def plan_on_measurements(
             allowed=f"runs with all moves at {second:g} % as well",
         )
     if every_move:
-        _check_every_move(batch, runs)
+        check_measured(batch, runs, np.flatnonzero(batch.paths.moving).tolist())
     reserve_s = reserve(wanted_s)
-    places = choose_speeds(profiles, wanted_s - float(waits.sum()) - reserve_s, cautious=cautious, allowed=allowed)
-    if places is None:
+    if wanted_s - reserve_s < least_s - _ROUNDING_S:
         raise CycleTimeTooShort(wanted_s, least_s + reserve_s)
+    required_s = float(waits.sum()) + reserve_s
+    if batch.robot.standby:
+        waits[-1, 1] += reserve_s
+        places, waits = _with_standby(batch, profiles, waits, wanted_s, cautious, allowed)
+    else:
+        found = choose_speeds(profiles, wanted_s - required_s, cautious=cautious, allowed=allowed)
+        if found is None:
+            raise CycleTimeTooShort(wanted_s, least_s + reserve_s)
+        places = found
     rows = np.arange(len(places))
     durations = profiles.duration_s[rows, places]
-    slack_s = wanted_s - float(waits.sum()) - reserve_s - float(durations.sum())
-    waits[np.unravel_index(int(profiles.idle_w.argmin()), waits.shape)] += slack_s
-    waits[-1, 1] += reserve_s
+    slack_s = wanted_s - required_s - float(durations.sum())
+    if not batch.robot.standby:
+        waits[np.unravel_index(int(profiles.idle_w.argmin()), waits.shape)] += slack_s
+        waits[-1, 1] += reserve_s
     ends = np.cumsum(waits.sum(axis=1) + durations)
     schedule = Schedule(
         status="optimal",
@@ -119,19 +141,22 @@ def plan_on_measurements(
         collision_waits_s=np.zeros(len(rows)),
         starts_s=ends - waits[:, 1] - durations,
     )
-    written = write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, WAIT_STEP_S)
-    run = believed(simulate_trees(learnt_batch(batch, profiles), [[written]])[0][0], profiles)
+    written = placed(write_plan(tree, graph, schedule, profiles.speed_limits[places], durations, wait_step_s))
+    learnt = simulate_trees(learnt_batch(batch, profiles), [[written]])[0][0]
+    run = believed(learnt, profiles, batch.robot, written)
     others_j = given.energy_j - float(given.vertex_energies_j.sum())
     given_waits = np.stack([given.prior_waits_s, given.post_waits_s], axis=1)
     given_waits[-1, 1] += max(run.cycle_time_s - given.cycle_time_s, 0.0)
     at = np.argmin(np.abs(profiles.speed_limits - given.speed_limits[:, None]), axis=1)
-    _, low, high = saving_interval(profiles, places, at, (waits, given_waits), others_j)
+    closed = closes(tree)
+    held, standby_j = zip(*(_held(batch, profiles, each, closed) for each in (waits, given_waits)), strict=True)
+    _, low, high = saving_interval(profiles, places, at, held, (others_j + standby_j[0], others_j + standby_j[1]))
     deviation = profiles.cycle_deviation_s(places)
     measured_energies = bool(np.isfinite(runs.energy_j).any())
     outlook = Outlook(
         rule=profiles.rule,
         cycle_deviation_s=deviation,
-        late_probability=late_probability(slack_s + reserve_s, deviation),
+        late_probability=late_probability(slack_s + reserve_s, deviation, wanted_s),
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )
@@ -173,13 +198,56 @@ def within_range(batch: TreeBatch, profiles: MeasuredProfiles) -> MeasuredProfil
     return replace(profiles, allowed=profiles.allowed & _within(batch, profiles))
 
 
-def believed(run: CycleRun, profiles: MeasuredProfiles) -> CycleRun:
-    """A simulated cycle with durations, energies and idle powers of measured profiles instead of its own."""
+def _with_standby(
+    batch: TreeBatch,
+    profiles: MeasuredProfiles,
+    required_s: Array,
+    cycle_s: float,
+    cautious: bool,
+    allowed: Mask,
+) -> tuple[Index, Array]:
+    """Speed limits (M,) as places in the profiles', and waits (M, 2) [s], by the standby modes of the controller."""
+    places = standstills_of(
+        required_s, profiles.idle_w, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S
+    )
+    energies = cautious_energies(profiles) if cautious else profiles.energy_j
+    where = [np.flatnonzero(row) for row in allowed]
+    search = SpeedSearch(places, cycle_s, TOLERANCE * float(np.abs(energies[:, -1]).sum()))
+    durations = [row[at] for row, at in zip(profiles.duration_s, where, strict=True)]
+    best = search.best(places.offers(), durations, [row[at] for row, at in zip(energies, where, strict=True)])
+    chosen_s = sum(float(one[k]) for one, k in zip(durations, best.motions, strict=True))
+    waits = best.waits_s(places, required_s, cycle_s - chosen_s)
+    return np.array([at[k] for at, k in zip(where, best.motions, strict=True)]), waits
+
+
+def _held(batch: TreeBatch, profiles: MeasuredProfiles, waits_s: Array, closed: bool) -> tuple[Array, float]:
+    """The waits in which motors hold, shape (M, 2) [s], and the energy of the others, in which they do not [J]."""
+    if not batch.robot.standby:
+        return waits_s, 0.0
+    time = standing(waits_s, closed)
+    power = np.append(profiles.idle_w[:, 0], profiles.idle_w[-1, 1])[: len(time)]
+    least_j = standing_energy_j(batch.robot.standby, power, time)
+    holds = least_j >= power * time
+    held = waits_s.copy()
+    held[:, 0] *= holds[: len(held)]
+    after = np.append(holds[1:], holds[0] if closed else True)[: len(held)]
+    held[:, 1] *= after
+    return held, float(least_j[~holds].sum())
+
+
+def believed(run: CycleRun, profiles: MeasuredProfiles, robot: Robot, tree: OperationTree) -> CycleRun:
+    """A simulated cycle of a tree with durations, energies and idle powers of measured profiles instead of its own."""
     durations, energies = profiles.at(run.speed_limits)
     steps_j = run.energy_j - float(run.vertex_energies_j.sum())
     vertex_j = energies + profiles.idle_w[:, 0] * run.prior_waits_s + profiles.idle_w[:, 1] * run.post_waits_s
+    saved_j = 0.0
+    if robot.standby:
+        before, after = profiles.idle_w[:, 0], profiles.idle_w[:, 1]
+        standing_j, saved_j = standing_energies_j(robot, tree, run.prior_waits_s, run.post_waits_s, before, after)
+        vertex_j = energies + standing_j
     return replace(
         run,
+        standby_saving_j=saved_j,
         durations_s=durations,
         vertex_energies_j=vertex_j,
         energy_j=float(vertex_j.sum()) + steps_j,
@@ -200,11 +268,14 @@ def _within(batch: TreeBatch, profiles: MeasuredProfiles) -> Mask:
     return np.asarray((limits >= lowest - 1e-9) & (limits <= highest + 1e-9), dtype=np.bool_)
 
 
-def _check_every_move(batch: TreeBatch, runs: MeasuredRuns) -> None:
-    """Refuse runs that leave out a move or know one at a single speed limit."""
-    moves = np.flatnonzero(batch.paths.moving)
+def check_measured(batch: TreeBatch, runs: MeasuredRuns, moves: Sequence[int]) -> None:
+    """Refuse runs that leave out some moves of the one tree, or know one of them at a single speed limit.
+
+    Raises:
+        InputError: They do; names the move.
+    """
     names = [vertex.name for vertex in batch.graphs[0].vertices]
-    for move in moves.tolist():
+    for move in moves:
         speeds = np.unique(runs.speed_limits[runs.motion == move]).size
         if speeds < 2:
             found = "has no run" if speeds == 0 else "was measured at one speed limit only"

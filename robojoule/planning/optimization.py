@@ -20,20 +20,19 @@ from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.measured_plans import plan_on_measurements, profiles_of_runs, within_range
 from robojoule.planning.pareto import TradeOff, trade_off_on, trade_offs
 from robojoule.planning.plan import Plan, is_as_good, plan_warnings, standby_until, verify, waiting_until
+from robojoule.planning.predicted_motions import predicted_profiles, simulated_instead
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.speed_choice import DISCREPANCY, Outlook, cautious_energies, late_probability
 from robojoule.planning.whole_speeds import whole_speed_plan
-from robojoule.planning.writeback import WAIT_STEP_S, write_plans
+from robojoule.planning.writeback import write_plans
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE, PredictedProfiles, ProfilePredictor
-from robojoule.profile.reference import reference_predictor
 from robojoule.profile.source import ProfileSource
 from robojoule.programs.operation_tree import OperationTree
 
 Profiles = Literal["simulated", "predicted", "measured"]
 RELATIVE_GAP = 8e-5  # proven gap of a plan at which no more runs are simulated
-_PREDICTED_LIMITS = 61
 
 
 @dataclass(frozen=True)
@@ -105,8 +104,11 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s)
     idle_w = float(batch.idle_post_w[-1])
     schedule = whole.schedule
-    written = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=WAIT_STEP_S)[0][0]
-    run = verify(batch, written, schedule, WAIT_STEP_S)
+    step_s = program.wait_step_s
+    ideal = write_plans(batch, [[schedule]], whole.speed_limits[:, np.newaxis], wait_step_s=step_s)[0][0]
+    written = program.placed(ideal)
+    unused_s = max(ideal.added_waits_s - written.added_waits_s, 0.0)
+    run = verify(batch, written, schedule, step_s + unused_s)
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
     if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
@@ -123,19 +125,29 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
         standby_given_j=standby_until(given, run.cycle_time_s, idle_w),
         energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
-        warnings=plan_warnings(written, run, given),
+        warnings=(
+            *plan_warnings(written, run, given),
+            *unused_warnings(unused_s, step_s),
+            *(simulated_instead(batch) if wish.profiles == "predicted" else ()),
+        ),
         reserve_s=kept_s,
         profiles=wish.profiles,
         outlook=_outlook(batch, source, run, kept_s, energy_given_j),
     )
 
 
+def unused_warnings(unused_s: float, step_s: float) -> tuple[str, ...]:
+    """What to say of time that a program has no place to wait."""
+    if unused_s <= step_s:
+        return ()
+    return (f"{unused_s:.3f} s are not used: every motion of the program runs more than once, so no wait fits in",)
+
+
 def profile_source(batch: TreeBatch, wish: Wish) -> ProfileSource:
     """Simulated or predicted profiles of the motions of a batch."""
     if wish.profiles == "simulated":
-        return AdaptiveProfiles(batch.paths, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
-    predictor = wish.predictor or reference_predictor(batch.robot)
-    found = predictor.predict(batch.paths, batch.speed_limits(_PREDICTED_LIMITS))
+        return AdaptiveProfiles(batch.planned, batch.speed_range[0], highest_speed_limit=batch.speed_range[1])
+    found = predicted_profiles(batch, wish.predictor)
     return found.cautious() if wish.cautious else found
 
 
@@ -153,7 +165,7 @@ def _outlook(
         # Errors of single motions are taken as independent; what all motions share is not known.
         deviation = controller.duration_error * float(np.sqrt((run.durations_s**2).sum()))
         slack = float(run.prior_waits_s.sum() + run.post_waits_s.sum()) - required_s(batch)
-        late = late_probability(max(slack, kept_s), deviation)
+        late = late_probability(max(slack, kept_s), deviation, run.cycle_time_s)
     low = high = None
     if isinstance(source, PredictedProfiles) and energy_given_j > 0.0:
         margin_j = _interpolated(source, source.cautious_j - source.energy_j, run.speed_limits).sum()
@@ -189,6 +201,8 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         cautious=wish.cautious,
         speed_step=wish.step_percent / 100.0,
         every_move=wish.profiles == "measured",
+        wait_step_s=program.wait_step_s,
+        placed=program.placed,
     )
     idle_w = float(found.idle_end_w)
     return Plan(

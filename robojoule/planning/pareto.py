@@ -29,7 +29,9 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.costs import VertexCosts, check_costs, joined_costs
 from robojoule.planning.cycle_run import CycleRun
 from robojoule.planning.graph import OptimizationGraph, process_energy_j
+from robojoule.planning.standby_trade_off import StandbyTradeOff, trade_off_with_standby
 from robojoule.profile.adaptive import AdaptiveProfiles
+from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource
 
@@ -169,6 +171,7 @@ class TradeOff:
         fastest: Simulation of the fastest cycle, in which powers and torques are largest, if there is one.
         warnings: What to know before a cycle time is chosen, a sentence each.
         profiles: Profile of each movement that the curve is made of.
+        standby: The same with waits in standby, where the controller has modes; in `curve` motors hold in every wait.
     """
 
     program: str
@@ -180,6 +183,7 @@ class TradeOff:
     fastest: CycleRun | None = None
     warnings: tuple[str, ...] = ()
     profiles: tuple[PiecewiseLinearProfile, ...] = ()
+    standby: StandbyTradeOff | None = None
 
     def __repr__(self) -> str:
         return f"TradeOff({self.program!r} on {self.robot!r}: {self.curve!r})"
@@ -221,6 +225,7 @@ class TradeOff:
             **{name: getattr(self.fastest, name) for name in _LOADS if self.fastest is not None},
             "warnings": list(self.warnings),
             "points": [dict(zip(POINT_COLUMNS, row, strict=True)) for row in rows],
+            "standby": None if self.standby is None else self.standby.to_dict(),
         }
 
 
@@ -234,7 +239,7 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
     """
     idle = [min(batch.idle_prior_w[rows].min(), batch.idle_post_w[rows].min()) for rows in batch.rows]
     slowest, highest_limit = batch.speed_range
-    profiles = AdaptiveProfiles(batch.paths, slowest, highest_speed_limit=highest_limit)
+    profiles = AdaptiveProfiles(batch.planned, slowest, highest_speed_limit=highest_limit)
     highest = np.repeat(idle, [rows.stop - rows.start for rows in batch.rows])
     profiles.refine(relative_error, highest_slope_w=highest)
     result = []
@@ -259,6 +264,9 @@ def trade_offs(batch: TreeBatch, *, relative_error: float = RELATIVE_ERROR) -> l
                 bound=bound,
                 runs=runs,
                 profiles=tuple(pair.above for pair in pairs),
+                standby=_with_standby(
+                    batch, tree, pairs, np.stack([batch.idle_prior_w[rows], batch.idle_post_w[rows]], axis=1), curve
+                ),
             )
         )
     return result
@@ -271,7 +279,7 @@ def trade_off_on(source: ProfileSource, batch: TreeBatch) -> TradeOff:
         source: Profiles of the motions.
         batch: The tree.
     """
-    known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
+    known = [source.enclosure(motion) for motion in range(batch.planned.motions)]
     fixed_j = process_energy_j(batch.trees[0])
     curve, bound = (
         pareto_curve(
@@ -290,4 +298,18 @@ def trade_off_on(source: ProfileSource, batch: TreeBatch) -> TradeOff:
         bound=bound,
         runs=0,
         profiles=tuple(one.above for one in known),
+        standby=_with_standby(batch, 0, known, np.stack([source.idle_start_w, source.idle_end_w], axis=1), curve),
+    )
+
+
+def _with_standby(
+    batch: TreeBatch, tree: int, known: Sequence[Enclosure], idle_w: Array, curve: ParetoCurve
+) -> StandbyTradeOff | None:
+    """The trade-off of a tree with waits in standby, if the controller has modes."""
+    if not batch.robot.standby:
+        return None
+    above, below = [one.above for one in known], [one.below for one in known]
+    times = curve.cycle_times_s
+    return trade_off_with_standby(
+        batch.trees[tree], batch.graphs[tree], batch.robot.standby, idle_w, above, below, times
     )

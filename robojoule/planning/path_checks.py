@@ -5,12 +5,13 @@ A finding is a warning: capsules are wider than the links, and cells differ (a r
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
+from robojoule.arrays import Array
+from robojoule.motion.corners import Chain, Corners
+from robojoule.planning.tree_motions import chains_of_tree, tree_payloads
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.robots.collision import CollisionModel, path_points_rad
+from robojoule.robots.collision import PATH_STEP_RAD, CollisionModel, path_points_rad
 from robojoule.robots.robot import Robot
 
 
@@ -23,19 +24,36 @@ def collision_warnings(tree: OperationTree, robot: Robot) -> tuple[str, ...]:
     """
     if not robot.file.capsules:
         return ()
-    model = CollisionModel(robot)
-    points = tree.configurations_rad()
-    paths = [path_points_rad(start, end) for start, end in pairwise(points)]
+    names = [move.name for move in tree.moves() if move.is_fine]
+    paths = [_points_rad(chain, robot) for chain in chains_of_tree(tree)]
+    payloads = tree_payloads(robot, tree)
+    found: list[str] = []
+    for payload in dict.fromkeys(payloads):
+        rows = [row for row, one in enumerate(payloads) if one == payload]
+        loaded = robot if payload == robot.payload else robot.carrying(payload)
+        found += _touching(CollisionModel(loaded), [names[row] for row in rows], [paths[row] for row in rows])
+    return tuple(dict.fromkeys(found))
+
+
+def _points_rad(chain: Chain, robot: Robot) -> Array:
+    """Configurations along a chain of moves, near to each other, shape (N, n). [rad]"""
+    if len(chain.points_rad) == 2:
+        return path_points_rad(*chain.points_rad)
+    return Corners.of(robot, [chain]).points_rad(0, PATH_STEP_RAD)
+
+
+def _touching(model: CollisionModel, names: list[str], paths: list[Array]) -> list[str]:
+    """A sentence for each pair that touches on motions with names."""
     clearances = model.clearances_m(np.concatenate(paths))
     ends = np.cumsum([len(path) for path in paths])
     least = np.array([part.min(axis=0) for part in np.split(clearances, ends[:-1])])  # (moves, checks)
     found = []
     for check in np.flatnonzero((least <= 0.0).any(axis=0)):
-        moves = [move.name for move, clearance in zip(tree.moves(), least[:, check], strict=True) if clearance <= 0.0]
+        moves = [name for name, clearance in zip(names, least[:, check], strict=True) if clearance <= 0.0]
         one, other = model.checks[check]
         others = f" and {len(moves) - 1} more" if len(moves) > 1 else ""
         depth_mm = -1e3 * float(least[:, check].min())
         found.append(
             f"{one} touches {other} in move '{moves[0]}'{others}, by up to {depth_mm:.0f} mm of their capsules"
         )
-    return tuple(found)
+    return found

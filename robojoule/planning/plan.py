@@ -101,6 +101,11 @@ class Plan:
         return _percent(self.energy_j - self.bound_j, self.bound_j)
 
     @property
+    def gap_percent(self) -> float:
+        """The same relative to the plan's energy, as plans of cells state it. [%]"""
+        return max(_percent(self.energy_j - self.bound_j, self.energy_j), 0.0)
+
+    @property
     def peak_torque_ratio(self) -> float:
         """Largest joint torque over its peak limit. [-]"""
         return self.run.peak_torque_ratio

@@ -12,6 +12,7 @@ from robojoule.errors import InputError, PlanningError
 from robojoule.inputs import as_number
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun
+from robojoule.planning.writeback import move_percents
 from robojoule.programs.operation_tree import OperationTree
 
 MOST_POWER_W = 1e7
@@ -34,21 +35,24 @@ def within_power(batch: TreeBatch, tree: OperationTree, peak_power_w: float) -> 
         InputError: A movement draws more at its least speed; names the least power that is feasible.
     """
     percents = np.arange(max(round(100.0 * batch.slowest_speed_limit), 1), 101)
-    powers_w = batch.paths.simulate(np.tile(percents / 100.0, (len(tree.moves()), 1))).peak_power_w
-    limits: dict[str, float] = {}
-    for move, row in zip(tree.moves(), powers_w, strict=True):
-        least = move.speed_limit_percent if move.fixed else move.least_speed_percent or percents[0]
+    graph, moves = batch.graphs[0], {move.name: move for move in tree.moves()}
+    powers_w = batch.planned.simulate(np.tile(percents / 100.0, (len(graph.vertices), 1))).peak_power_w
+    bounds = np.full(len(graph.vertices), 100.0)
+    for place, (vertex, row) in enumerate(zip(graph.vertices, powers_w, strict=True)):
+        own = [moves[name] for name in vertex.moves]
+        least = min(m.speed_limit_percent if m.fixed else m.least_speed_percent or percents[0] for m in own)
         kept = int(np.argmax(row > peak_power_w)) if (row > peak_power_w).any() else len(row)
         bound = float(percents[kept - 1]) if kept else 0.0
-        if bound >= move.speed_limit_percent:
+        if bound >= max(move.speed_limit_percent for move in own):
             continue
         if bound < least:
             at = int(np.searchsorted(percents, least))
             drawn_w = float(row[: min(at + 1, len(row))].max())
-            what = f"move '{move.name}' draws {drawn_w:.0f} W at its least speed limit, {least:g} %"
+            what = f"move '{vertex.name}' draws {drawn_w:.0f} W at its least speed limit, {least:g} %"
             raise InputError(what, key="peak_power_w", allowed=f"at least {np.ceil(drawn_w):.0f} W")
-        limits[move.name] = bound
-    return tree.with_plan(limits)
+        bounds[place] = bound
+    of_moves = move_percents(tree, graph, bounds / 100.0)
+    return tree.with_plan({name: p for name, p in of_moves.items() if p < moves[name].speed_limit_percent})
 
 
 def check_power(run: CycleRun, peak_power_w: float) -> None:

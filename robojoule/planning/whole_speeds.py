@@ -15,14 +15,14 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.errors import PlanningError
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import as_number
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import Indices, least_cost_choice, within_gap
-from robojoule.planning.cycle_run import closes
 from robojoule.planning.graph import process_energy_j
 from robojoule.planning.schedule import Schedule
 from robojoule.planning.standstills import Offer, Standstills, standstills_of
-from robojoule.planning.writeback import WAIT_STEP_S
+from robojoule.planning.tree_motions import closes
 from robojoule.profile.adaptive import AdaptiveProfiles
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource
@@ -76,7 +76,7 @@ def speed_choices(batch: TreeBatch, step_percent: float) -> list[Array]:
         # Nearest decimals, so that 29 % is written as 29.
         limits = np.array([round(step * step_percent, 9) / 100.0 for step in range(first, last + 1)])
         found.append(np.append(limits[limits < min(top, high) - _SAME_SHARE], high))
-    return [limits if moves else limits[-1:] for limits, moves in zip(found, batch.paths.moving, strict=True)]
+    return [limits if moves else limits[-1:] for limits, moves in zip(found, batch.planned.moving, strict=True)]
 
 
 def whole_speed_plan(
@@ -103,15 +103,15 @@ def whole_speed_plan(
         PlanningError: No choice keeps the cycle time.
     """
     limits = speed_choices(batch, step_percent)
-    durations = _ragged(batch.paths.durations(_table(limits)), limits)
+    durations = _ragged(batch.planned.durations(_table(limits)), limits)
     required = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in batch.graphs[0].vertices])
     required[-1, 1] += reserve_s
     idle = np.stack([source.idle_start_w, source.idle_end_w], axis=1)
     cycle_s = plan.cycle_time_s + reserve_s
     places = standstills_of(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
-    search = _Search(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
+    search = SpeedSearch(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
 
-    known = [source.enclosure(motion) for motion in range(batch.paths.motions)]
+    known = [source.enclosure(motion) for motion in range(batch.planned.motions)]
     above = [_value(one.above, d) for one, d in zip(known, durations, strict=True)]
     offers = places.offers()
     best = search.best(offers, durations, above)
@@ -119,7 +119,7 @@ def whole_speed_plan(
         below = [_value(one.below, d) for one, d in zip(known, durations, strict=True)]
         at = [one[[k]] for one, k in zip(limits, best.motions, strict=True)]
         taken = [d[[k]] for d, k in zip(durations, best.motions, strict=True)]
-        reached = search.best([best.offer], taken, list(batch.paths.simulate(_table(at)).energy_j))
+        reached = search.best([best.offer], taken, list(batch.planned.simulate(_table(at)).energy_j))
         open_ = {offer: search.within(offer, durations, below, reached.energy_j) for offer in offers}
         offers = [offer for offer in offers if offer == best.offer or all(left.size for left in open_[offer])]
         kept = [
@@ -127,14 +127,9 @@ def whole_speed_plan(
             for motion, k in enumerate(best.motions)
         ]
         limits, durations = ([one[k] for one, k in zip(of, kept, strict=True)] for of in (limits, durations))
-        best = search.best(offers, durations, _ragged(batch.paths.simulate(_table(limits)).energy_j, limits))
+        best = search.best(offers, durations, _ragged(batch.planned.simulate(_table(limits)).energy_j, limits))
     chosen_s = np.array([d[k] for d, k in zip(durations, best.motions, strict=True)])
-    waits = required.copy()
-    for place, option in enumerate(best.places):
-        waits[places.written[place]] += float(places.times_s[place][option] - places.times_s[place][0])
-    # Rounded down, as it is to be read by people.
-    left_s = max(cycle_s - float(chosen_s.sum()) - float(waits.sum()), 0.0)
-    waits[places.written[best.offer.place]] += np.floor(left_s * WAITS_PER_S) / WAITS_PER_S
+    waits = best.waits_s(places, required, cycle_s - float(chosen_s.sum()))
     ends = np.cumsum(waits.sum(axis=1) + chosen_s)
     step_j = process_energy_j(batch.trees[0])
     schedule = replace(
@@ -152,8 +147,16 @@ def whole_speed_plan(
 
 
 @dataclass(frozen=True)
-class _Best:
-    """The best choice of some offers: options of motions and of standstills, energy and bound over all of them."""
+class FoundSpeeds:
+    """The best choice of some offers: options of motions and of standstills, energy and bound over all of them.
+
+    Attributes:
+        offer: The offer that was taken.
+        motions: Option of each motion.
+        places: Option of each standstill.
+        energy_j: Energy of motions and standstills. [J]
+        bound_j: No choice takes less. [J]
+    """
 
     offer: Offer
     motions: tuple[int, ...]
@@ -161,16 +164,38 @@ class _Best:
     energy_j: float
     bound_j: float
 
+    def waits_s(self, places: Standstills, required_s: Array, time_s: float) -> Array:
+        """Waits of the choice before and after each motion, shape (V, 2). [s]
+
+        Args:
+            places: The standstills.
+            required_s: Waits that are required, shape (V, 2). [s]
+            time_s: What motions leave of the cycle. [s]
+        """
+        waits = required_s.copy()
+        for place, option in enumerate(self.places):
+            waits[places.written[place]] += float(places.times_s[place][option] - places.times_s[place][0])
+        # Rounded down, as it is to be read by people.
+        left_s = max(time_s - float(waits.sum()), 0.0)
+        waits[places.written[self.offer.place]] += np.floor(left_s * WAITS_PER_S) / WAITS_PER_S
+        return waits
+
 
 @dataclass(frozen=True, eq=False)
-class _Search:
-    """Choices of speed limits and standstills for one cycle time."""
+class SpeedSearch:
+    """Choices of speed limits and standstills for one cycle time.
+
+    Attributes:
+        places: The standstills.
+        cycle_s: Cycle time. [s]
+        tolerance_j: By how much a better choice may be missed. [J]
+    """
 
     places: Standstills
     cycle_s: float
     tolerance_j: float
 
-    def best(self, offers: Sequence[Offer], durations_s: list[Array], energies_j: list[Array]) -> _Best:
+    def best(self, offers: Sequence[Offer], durations_s: list[Array], energies_j: list[Array]) -> FoundSpeeds:
         """The choice with the least energy over some offers.
 
         Raises:
@@ -187,7 +212,7 @@ class _Search:
             if found is None or choice.cost_j + rest_j < found.energy_j:
                 motions, places = choice.options[: len(durations_s)], list(choice.options[len(durations_s) :])
                 places[offer.place] = offer.option
-                found = _Best(offer, motions, tuple(places), choice.cost_j + rest_j, bound_j)
+                found = FoundSpeeds(offer, motions, tuple(places), choice.cost_j + rest_j, bound_j)
         if found is None:
             raise PlanningError("no speed limits of this step keep the cycle time")
         return replace(found, bound_j=bound_j)

@@ -12,7 +12,6 @@ from robojoule.planning.graph import OptimizationGraph
 from robojoule.planning.schedule import Schedule
 from robojoule.programs.operation_tree import OperationTree
 
-WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 _SAME_STEP = 1e-5  # of a step: rounding
 _SAME_S = 1e-14  # what sums leave of a wait that has few digits
 ROUNDING_S = 1e-12  # below: what is left of sums and differences of times
@@ -29,7 +28,7 @@ def speed_limits_of_plans(batch: TreeBatch, plans: Sequence[Sequence[Schedule]])
         Shape (M, K); within the batch's range. [-]
     """
     durations = stacked_durations(plans)
-    columns = [batch.paths.speed_limits_for_durations(np.maximum(column, batch.d_min_s)) for column in durations.T]
+    columns = [batch.planned.speed_limits_for_durations(np.maximum(column, batch.d_min_s)) for column in durations.T]
     return np.asarray(np.clip(np.stack(columns, axis=1), *(limit[:, None] for limit in batch.speed_range)))
 
 
@@ -55,7 +54,7 @@ def write_plans(
         wait_step_s: Step of added waits, see `write_plan`. [s]
     """
     limits = speed_limits_of_plans(batch, plans) if speed_limits is None else speed_limits
-    durations = batch.paths.durations(limits)
+    durations = batch.planned.durations(limits)
     return [
         [write_plan(tree, graph, plan, limits[rows, k], durations[rows, k], wait_step_s) for k, plan in enumerate(row)]
         for tree, graph, rows, row in zip(batch.trees, batch.graphs, batch.rows, plans, strict=True)
@@ -78,7 +77,7 @@ def write_plan(
 
     Args:
         tree: The tree that was planned.
-        graph: Its graph; every vertex is one move.
+        graph: Its graph.
         plan: Plan for it.
         speed_limits: Speed limit of each vertex, shape (V,). [-]
         durations_s: Duration that the simulation gives at these speed limits, shape (V,). [s]
@@ -105,12 +104,27 @@ def write_plan(
         # Waits and process steps of the program stay as they are: what goes beyond them is added, and marked so.
         before[vertex.moves[0]] = _wait(float(prior[v] - least_prior[v]))
         after[vertex.moves[-1]] = _wait(float(post[v] - least_post[v]))
-    given = {move.name: move.speed_limit_percent for move in tree.moves()}
-    limits = {
-        vertex.moves[-1]: percent_of(float(p), given[vertex.moves[-1]])
-        for vertex, p in zip(graph.vertices, speed_limits, strict=True)
-    }
+    limits = move_percents(tree, graph, speed_limits)
     return tree.with_plan(limits, added_waits_before_s=before, added_waits_after_s=after)
+
+
+def move_percents(tree: OperationTree, graph: OptimizationGraph, speed_limits: Array) -> dict[str, float]:
+    """Speed limits of the moves under those of their vertices, (V,) [-]: each as far as its own range allows. [%]
+
+    Vertices that are tied have the speed limit of the first one of them.
+    """
+    moves = {move.name: move for move in tree.moves()}
+    percents = {}
+    for vertex, limit in zip(graph.vertices, speed_limits[graph.leaders].tolist(), strict=True):
+        for name in vertex.moves:
+            move = moves[name]
+            highest = move.speed_limit_percent
+            if len(vertex.moves) > 1 or vertex.leader is not None:
+                limit_here = max(limit, (highest if move.fixed else move.least_speed_percent or 0.0) / 100.0)
+                percents[name] = min(percent_of(limit_here, highest), highest)
+            else:
+                percents[name] = percent_of(limit, highest)
+    return percents
 
 
 def _in_steps(waits_s: Array, step_s: float) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robojoule.arrays import Array
-from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.motions import Motions
 from robojoule.profile.enclosure import Enclosure, enclose
 from robojoule.profile.sampled import sampled_profiles
 
@@ -43,7 +43,7 @@ class AdaptiveProfiles:
 
     def __init__(
         self,
-        paths: MotionPaths,
+        paths: Motions,
         slowest_speed_limit: ArrayLike,
         first_runs: int | None = None,
         highest_speed_limit: ArrayLike = 1.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, frozen
 from robojoule.errors import InputError
 from robojoule.inputs import shown
+from robojoule.motion.motions import Motions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.sampled import SampledProfile, sampled_profile
 from robojoule.robots.robot import Robot
@@ -28,18 +29,26 @@ LEAST_TRAVEL_RAD = 1e-9  # below: what rounding of degrees leaves of no motion
 class EnergyProfile:
     """Energy of one motion over its duration: S distinct runs, the slowest first.
 
+    Predicted and measured profiles have an interval, and do not say where the energy goes.
+
     Attributes:
         robot: Name of the robot.
         payload_kg: What it carries. [kg]
         speed_limits: Lowest speed limit that gives each run, shape (S,), fractions in (0, 1].
         durations_s: Shape (S,), falling. [s]
         energies_j: Shape (S,). [J]
-        parts_j: Parts of the energies by name (see `PARTS`), each of shape (S,); they add up to the energies. [J]
+        parts_j: Parts of the energies by name (see `PARTS`), each of shape (S,); they add up to the energies. None but
+            for simulated profiles. [J]
         peak_torque_ratio: Largest joint torque over its peak limit in all runs. [-]
         rms_torque_ratio: Largest root mean square of a joint torque over a run, over its continuous limit. [-]
         idle_power_start_w: Power of the robot that stands at the start. [W]
         idle_power_end_w: Power of the robot that stands at the end. [W]
         doubts: What is implausible about the robot, a sentence each.
+        profiles: Where durations and energies come from: simulated, predicted or measured.
+        low_j: Lower end of the interval that holds an energy with 90 %, shape (S,); None for simulated profiles. [J]
+        high_j: Its upper end. [J]
+        measured_speed_limits: Those at which the motion was measured, rising. [-]
+        rule: The controller's rule that the runs show, if there are any.
     """
 
     robot: str
@@ -53,6 +62,11 @@ class EnergyProfile:
     idle_power_start_w: float
     idle_power_end_w: float
     doubts: tuple[str, ...] = ()
+    profiles: str = "simulated"
+    low_j: Array | None = None
+    high_j: Array | None = None
+    measured_speed_limits: Array = field(default_factory=lambda: frozen(np.zeros(0)))
+    rule: str | None = None
 
     def __repr__(self) -> str:
         return (
@@ -104,6 +118,11 @@ class EnergyProfile:
             "rms_torque_ratio": self.rms_torque_ratio,
             "idle_power_start_w": self.idle_power_start_w,
             "idle_power_end_w": self.idle_power_end_w,
+            "profiles": self.profiles,
+            "energy_low_j": None if self.low_j is None else self.low_j.tolist(),
+            "energy_high_j": None if self.high_j is None else self.high_j.tolist(),
+            "measured_speed_limit_percent": (100.0 * self.measured_speed_limits).round(6).tolist(),
+            "rule": self.rule,
             "warnings": list(self.warnings),
         }
 
@@ -120,12 +139,31 @@ def simulated_profile(robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, po
     Raises:
         InputError: Not as many points as allowed, or no motion.
     """
-    if not isinstance(points, Integral) or not 2 <= points <= MOST_POINTS:
-        allowed = f"a whole number from 2 to {MOST_POINTS}"
-        raise InputError(f"{shown(points)} is not a valid number of points", key="points", allowed=allowed)
+    check_points(points)
     if np.allclose(start_rad, end_rad, rtol=0.0, atol=LEAST_TRAVEL_RAD):
         raise InputError("start and end are the same: there is no motion")
-    paths = MotionPaths(robot, start_rad, end_rad)
+    return profile_of(robot, MotionPaths(robot, start_rad, end_rad), points)
+
+
+def check_points(points: object) -> None:
+    """Refuse a number of speed limits that a profile cannot have.
+
+    Raises:
+        InputError: It is not a whole number, or out of range.
+    """
+    if not isinstance(points, Integral) or not 2 <= int(points) <= MOST_POINTS:
+        allowed = f"a whole number from 2 to {MOST_POINTS}"
+        raise InputError(f"{shown(points)} is not a valid number of points", key="points", allowed=allowed)
+
+
+def profile_of(robot: Robot, paths: Motions, points: int) -> EnergyProfile:
+    """The same of a single motion of any kind.
+
+    Args:
+        robot: Robot with its payload.
+        paths: The motion.
+        points: See `simulated_profile`.
+    """
     runs = paths.simulate(np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points))
     limits = runs.speed_limit[0]
     rms_nm = np.sqrt(runs.torque_square_integral_nm2_s[0] / runs.duration_s[0, :, np.newaxis])

@@ -11,8 +11,8 @@ from pydantic_core import PydanticCustomError
 from robojoule.inputs import real
 
 
-def accepts_degrees(stem: str) -> Any:
-    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`."""
+def accepts_degrees(stem: str, *, optional: bool = False) -> Any:
+    """Edit a model's JSON Schema so that `<stem>_deg` may be given instead of `<stem>_rad`, or neither if optional."""
     radians, degrees = f"{stem}_rad", f"{stem}_deg"
 
     def edit(schema: dict[str, Any]) -> None:
@@ -24,7 +24,10 @@ def accepts_degrees(stem: str) -> Any:
                 properties[degrees] = {**value, "title": degrees.replace("_", " ").title(), "description": text}
         schema["properties"] = properties
         schema["required"] = [key for key in schema["required"] if key != radians]
-        schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
+        if optional:
+            schema["not"] = {"required": [radians, degrees]}
+        else:
+            schema["oneOf"] = [{"required": [radians]}, {"required": [degrees]}]
         if "type" in properties:
             requires_type(schema)
 
@@ -36,10 +39,12 @@ def requires_type(schema: dict[str, Any]) -> None:
     schema["required"] = ["type", *schema["required"]]
 
 
-def from_degrees(data: Any, stem: str) -> Any:
-    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there."""
+def from_degrees(data: Any, stem: str, *, optional: bool = False) -> Any:
+    """Replace `<stem>_deg` by `<stem>_rad` in raw input; exactly one of them must be there, or none if optional."""
     radians, degrees = f"{stem}_rad", f"{stem}_deg"
     if not isinstance(data, Mapping):
+        return data
+    if optional and radians not in data and degrees not in data:
         return data
     if (radians in data) == (degrees in data):
         raise ValueError(f"exactly one of {radians} and {degrees} must be given")

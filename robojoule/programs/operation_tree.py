@@ -1,6 +1,6 @@
 """The operation tree (thesis 2.1.1): what a robot does in one cycle, in order.
 
-Inner nodes group (`CompoundOperation`); leaves act (`MoveOperation`, `WaitOperation`, `ProcessOperation`). Trees are
+Inner nodes group; leaves act, or say what the robot carries from there on (`robojoule.programs.operations`). Trees are
 immutable: a plan is written back with `OperationTree.with_plan`, which returns a new tree.
 """
 
@@ -11,42 +11,55 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Strict, Tag, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from robojoule.arrays import Array
 from robojoule.documents import Document
 from robojoule.errors import InputError
 from robojoule.inputs import LONGEST_S
-from robojoule.programs.degree_keys import accepts_degrees, from_degrees, requires_type
+from robojoule.programs.degree_keys import accepts_degrees, from_degrees
+from robojoule.programs.operations import (
+    LEAST_SPEED_PERCENT,
+    MOST_POWER_W,
+    PLANNED,
+    AtomicOperation,
+    CoarseZone,
+    CompoundOperation,
+    Configuration,
+    MoveOperation,
+    Name,
+    Number,
+    Operation,
+    PayloadOperation,
+    ProcessOperation,
+    ShareZone,
+    UnknownOperation,
+    WaitOperation,
+)
 from robojoule.robots.pendant_file import Angles
+from robojoule.robots.robot import Payload
+
+__all__ = [
+    "LEAST_SPEED_PERCENT",
+    "MOST_POWER_W",
+    "PLANNED",
+    "AtomicOperation",
+    "CoarseZone",
+    "CompoundOperation",
+    "MoveOperation",
+    "Operation",
+    "OperationTree",
+    "PayloadOperation",
+    "ProcessOperation",
+    "ShareZone",
+    "UnknownOperation",
+    "WaitOperation",
+    "tree_from_configurations",
+]
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
-PLANNED = {  # what plans change in moves, with its defaults
-    "speed_limit_percent": 100.0,
-    "wait_before_s": 0.0,
-    "wait_after_s": 0.0,
-    "added_wait_before_s": 0.0,
-    "added_wait_after_s": 0.0,
-}
-LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
-MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
-
-# Strict: text and booleans are not numbers in these files; integers are.
-Number = Annotated[float, Strict()]
-Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
-SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
-Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
-
-
-def _printable(name: str) -> str:
-    if not name.isprintable():
-        raise ValueError("a name holds printable characters only")
-    return name
-
-
-Name = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S(.*\S)?$"), AfterValidator(_printable)]
 
 
 def _inconsistent(key: str, problem: str) -> PydanticCustomError:
@@ -54,125 +67,11 @@ def _inconsistent(key: str, problem: str) -> PydanticCustomError:
     return PydanticCustomError("tree", "{problem}", {"problem": problem, "key": key})
 
 
-class CoarseZone(Document):
-    """The robot may round the corner anywhere within a radius of the target."""
-
-    radius_m: Annotated[Number, Field(gt=0)] = Field(description="Radius of the zone round the target. [m]")
-
-
-def _zone_kind(value: Any) -> str | None:
-    if value == "fine":
-        return "fine"
-    return "coarse" if isinstance(value, (Mapping, CoarseZone)) else None
-
-
-Zone = Annotated[
-    Annotated[Literal["fine"], Tag("fine")] | Annotated[CoarseZone, Tag("coarse")],
-    Discriminator(
-        _zone_kind,
-        custom_error_type="zone",
-        custom_error_message="a zone is either the word fine or a mapping with radius_m",
-    ),
-]
-
-
-class MoveOperation(Document):
-    """Point-to-point move to a joint configuration, with a stop there if the zone is fine."""
-
-    model_config = ConfigDict(json_schema_extra=accepts_degrees("target"))
-
-    type: Literal["move"] = "move"
-    name: Name = Field(description="Name, unique in the tree.")
-    target_rad: Configuration = Field(description="Joint configuration to reach, one value per joint. [rad]")
-    zone: Zone = Field(default="fine", description="fine: stop at the target; radius_m: pass it within this distance.")
-    speed_limit_percent: SpeedLimit = Field(
-        default=100.0, description="Share of the joint velocity limits that may be used; plans keep below it. [%]"
-    )
-    least_speed_percent: SpeedLimit | None = Field(
-        default=None, description="Lowest speed limit that a plan may set; none: as low as plans go. [%]"
-    )
-    fixed: Annotated[bool, Strict()] = Field(default=False, description="Whether plans keep the speed limit as it is.")
-    wait_before_s: Duration = Field(default=0.0, description="Wait at the start of the move. [s]")
-    wait_after_s: Duration = Field(default=0.0, description="Wait at the target. [s]")
-    added_wait_before_s: Duration = Field(
-        default=0.0, description="Further wait at the start, added by a plan; the next plan may take it away. [s]"
-    )
-    added_wait_after_s: Duration = Field(
-        default=0.0, description="Further wait at the target, added by a plan; the next plan may take it away. [s]"
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _degrees(cls, data: Any) -> Any:
-        return from_degrees(data, "target")
-
-    @model_validator(mode="after")
-    def _speeds_in_order(self) -> MoveOperation:
-        least = self.least_speed_percent
-        if least is not None and least > self.speed_limit_percent:
-            raise ValueError(
-                f"least_speed_percent is {least:g}, more than the speed limit of {self.speed_limit_percent:g} %"
-            )
-        return self
-
-    @property
-    def all_before_s(self) -> float:
-        """Wait at the start of the move, with what a plan added. [s]"""
-        return self.wait_before_s + self.added_wait_before_s
-
-    @property
-    def all_after_s(self) -> float:
-        """Wait at the target, with what a plan added. [s]"""
-        return self.wait_after_s + self.added_wait_after_s
-
-    @property
-    def is_fine(self) -> bool:
-        """Whether the robot stops at the target."""
-        return self.zone == "fine"
-
-
-class WaitOperation(Document):
-    """The robot stands still for a fixed time."""
-
-    model_config = ConfigDict(json_schema_extra=requires_type)
-
-    type: Literal["wait"] = "wait"
-    name: Name = Field(description="Name, unique in the tree.")
-    duration_s: Duration = Field(description="How long. [s]")
-
-
-class ProcessOperation(Document):
-    """A process step (weld, screw, grip) at which the robot stands still."""
-
-    model_config = ConfigDict(json_schema_extra=requires_type)
-
-    type: Literal["process"] = "process"
-    name: Name = Field(description="Name, unique in the tree.")
-    duration_s: Duration = Field(description="How long. [s]")
-    power_w: Annotated[Number, Field(ge=0, le=MOST_POWER_W)] = Field(
-        default=0.0, description="Electrical power of the process beside that of the standing robot. [W]"
-    )
-
-
-class CompoundOperation(Document):
-    """A named group of operations, executed in order; it moves nothing itself."""
-
-    model_config = ConfigDict(json_schema_extra=requires_type)
-
-    type: Literal["compound"] = "compound"
-    name: Name = Field(description="Name, unique in the tree.")
-    operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
-
-
-AtomicOperation = MoveOperation | WaitOperation | ProcessOperation
-Operation = Annotated[CompoundOperation | MoveOperation | WaitOperation | ProcessOperation, Field(discriminator="type")]
-
-
 class OperationTree(Document):
     """One cycle of one robot: the root of the tree.
 
     Names are unique, there is at least one move, and a coarse zone is followed at once by moves of which one is
-    fine (thesis 2.1.3): the robot cannot stop inside a coarse zone.
+    fine (thesis 2.1.3): the robot cannot stop inside a coarse zone. Moves of a speed group have the same speeds.
     """
 
     model_config = ConfigDict(json_schema_extra=accepts_degrees("start"))
@@ -183,6 +82,9 @@ class OperationTree(Document):
     robot: Name | None = Field(default=None, description="Catalog name of the robot it is written for; none: any.")
     angles: Angles = Field(
         default="model", description="Whether angles are those of the robot's model or as its pendant shows them."
+    )
+    planned_cycle_s: Annotated[Number, Field(gt=0, le=LONGEST_S)] | None = Field(
+        default=None, description="Cycle time that the plan in it was made for, which plans write; none: no plan. [s]"
     )
     start_rad: Configuration = Field(description="Joint configuration at the start of the cycle (HOME). [rad]")
     operations: tuple[Operation, ...] = Field(min_length=1, description="Operations in order of execution.")
@@ -204,7 +106,19 @@ class OperationTree(Document):
         if not self.moves():
             raise _inconsistent("operations", "the tree has no move operation")
         self._check_zones()
+        self._check_groups()
         return self
+
+    def _check_groups(self) -> None:
+        known: dict[str, MoveOperation] = {}
+        for key, move in self.walk():
+            if not isinstance(move, MoveOperation) or move.speed_group is None:
+                continue
+            first = known.setdefault(move.speed_group, move)
+            for field in ("speed_limit_percent", "least_speed_percent", "fixed"):
+                if getattr(move, field) != getattr(first, field):
+                    problem = f"moves '{first.name}' and '{move.name}' of speed group '{move.speed_group}' differ in it"
+                    raise _inconsistent(f"{key}.{field}", problem)
 
     def _check_zones(self) -> None:
         steps = [(key, step) for key, step in self.walk() if not isinstance(step, CompoundOperation)]
@@ -232,12 +146,28 @@ class OperationTree(Document):
         return descend(self.operations, "operations")
 
     def atomic(self) -> tuple[AtomicOperation, ...]:
-        """Moves, waits and process steps in order of execution."""
+        """Moves, waits, process steps and changes of payload in order of execution."""
         return tuple(operation for _, operation in self.walk() if not isinstance(operation, CompoundOperation))
 
     def moves(self) -> tuple[MoveOperation, ...]:
         """Moves in order of execution."""
         return tuple(operation for operation in self.atomic() if isinstance(operation, MoveOperation))
+
+    def payloads(self) -> tuple[Payload | None, ...]:
+        """What the robot carries in each move, in order of execution; None: what it was given."""
+        found: list[Payload | None] = []
+        carried: Payload | None = None
+        for operation in self.atomic():
+            if isinstance(operation, PayloadOperation):
+                carried = operation.payload()
+            elif isinstance(operation, MoveOperation):
+                found.append(carried)
+        return tuple(found)
+
+    @property
+    def added_waits_s(self) -> float:
+        """Sum of the waits that a plan has added. [s]"""
+        return sum(move.added_wait_before_s + move.added_wait_after_s for move in self.moves())
 
     def configurations_rad(self) -> Array:
         """Joint configurations from the start on: (moves + 1, joints). [rad]
@@ -316,10 +246,6 @@ class OperationTree(Document):
         none = {move.name: 0.0 for move in self.moves()}
         limits = {move.name: 100.0 for move in self.moves() if full_speed and not move.fixed}
         return self.with_plan(limits, added_waits_before_s=none, added_waits_after_s=none)
-
-
-CompoundOperation.model_rebuild()
-OperationTree.model_rebuild()
 
 
 def tree_from_configurations(

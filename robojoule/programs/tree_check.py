@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.errors import InputError
-from robojoule.programs.operation_tree import CompoundOperation, MoveOperation, Operation, OperationTree
+from robojoule.programs.operation_tree import (
+    CompoundOperation,
+    MoveOperation,
+    Operation,
+    OperationTree,
+    PayloadOperation,
+    UnknownOperation,
+)
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
@@ -21,7 +28,7 @@ def check_tree(
     source: str | Path | None = None,
     places: Mapping[str, str] | None = None,
 ) -> None:
-    """Check that a robot can execute a tree: name, joint count and joint limits of every configuration.
+    """Check that a robot can execute a tree: name, joint count and limits of every configuration, payloads.
 
     Args:
         tree: Tree to check.
@@ -41,6 +48,10 @@ def check_tree(
     for key, operation in tree.walk():
         if isinstance(operation, MoveOperation):
             configurations.append((f"{key}.target_rad", f"move '{operation.name}'", operation.target_rad))
+        if isinstance(operation, PayloadOperation):
+            robot.file.check_payload(operation.mass_kg, file=source, key=f"{key}.mass_kg")
+        elif isinstance(operation, UnknownOperation) and operation.target_rad is not None:
+            configurations.append((f"{key}.target_rad", f"operation '{operation.name}'", operation.target_rad))
     for key, what, values in configurations:
         try:
             is_mapped = mapping is not None and len(values) == robot.joint_count

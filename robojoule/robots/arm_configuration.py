@@ -23,7 +23,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.inputs import shown
-from robojoule.robots.arm_geometry import ArmGeometry, geometry_of
+from robojoule.robots.arm_geometry import ArmGeometry, geometry_of, turned
 from robojoule.robots.mechanism import Mechanism
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.robot import Robot
@@ -52,30 +52,47 @@ class Posture:
     @classmethod
     def of(cls, robot: Robot, q_rad: Array) -> Posture:
         """Posture at joint positions of shape (6,) [rad]; a pendant that is not known counts as the model does."""
-        pendant = PendantAngles.of(robot) if robot.file.pendant is not None else None
-        shown_rad = pendant.pendant_rad(q_rad) if pendant is not None else np.asarray(q_rad, dtype=float)
-        zero = pendant.zero_rad[0] if pendant is not None else 0.0
-        mechanism, geometry = robot.mechanism, geometry_of(robot.mechanism)
-        rotations, origins = (part[..., 0] for part in mechanism.body_placements(np.asarray(q_rad, dtype=float)[None]))
-        forward = _turn(geometry.axes[0], float(q_rad[0]) - zero) @ _level(geometry.axes[0])
-        left = np.cross(_upward(geometry.axes[0]), forward)
-        wrist = _wrist(mechanism, geometry, rotations, origins)
-        lower, upper = origins[3] - origins[2], wrist - origins[3]
-        lower, upper = lower - (lower @ left) * left, upper - (upper @ left) * left
-        bend = math.atan2(float(np.cross(lower, upper) @ left), float(lower @ upper))
-        return cls(float((wrist - origins[1]) @ forward), bend, shown_rad)
+        return postures(robot, np.asarray(q_rad, dtype=float)[None])[0]
+
+
+def postures(robot: Robot, q_rad: Array) -> list[Posture]:
+    """Postures at joint positions of shape (k, 6) [rad]; a pendant that is not known counts as the model does."""
+    pendant = PendantAngles.of(robot) if robot.file.pendant is not None else None
+    shown_rad = pendant.pendant_rad(q_rad) if pendant is not None else q_rad
+    zero = pendant.zero_rad[0] if pendant is not None else 0.0
+    geometry = geometry_of(robot.mechanism)
+    rotations, origins = robot.mechanism.body_placements(q_rad)
+    axis = geometry.axes[0]
+    forward = turned(axis, q_rad[:, 0] - zero, _level(axis))
+    left = np.cross(_upward(axis), forward)
+    wrist = _wrist(robot.mechanism, geometry, rotations, origins)
+    across = [_without(part, left) for part in ((origins[3] - origins[2]).T, wrist - origins[3].T)]
+    lower, upper = across[0], across[1]
+    sine, cosine = _scalar(np.cross(lower, upper), left), _scalar(lower, upper)
+    bend, front = np.arctan2(sine, cosine), _scalar(wrist - origins[1].T, forward)
+    return [
+        Posture(float(front_m), float(bend_rad), angles)
+        for front_m, bend_rad, angles in zip(front, bend, shown_rad, strict=True)
+    ]
+
+
+def _without(vectors: Array, along: Array) -> Array:
+    return np.asarray(vectors - _scalar(vectors, along)[:, None] * along)
+
+
+def _scalar(first: Array, second: Array) -> Array:
+    """Scalar products of rows, shape (k,)."""
+    return np.asarray(np.einsum("ki,ki->k", first, second))
 
 
 def _wrist(mechanism: Mechanism, geometry: ArmGeometry, rotations: Array, origins: Array) -> Array:
-    """Where the wrist centre is: the point where the last axes meet, or axes 4 and 5, or the origin of joint 5. [m]"""
-    for point, body in ((geometry.wrist_m, 4), (geometry.middle_meeting_m, 4)):
+    """Wrist centres, shape (k, 3): where the last axes meet, or axes 4 and 5, or the origins of joint 5. [m]"""
+    for point in (geometry.wrist_m, geometry.middle_meeting_m):
         if np.isfinite(point).all():
-            zero_rotations, zero_origins = (
-                part[..., 0] for part in mechanism.body_placements(np.zeros((1, mechanism.joint_count)))
-            )
-            inside = zero_rotations[body].T @ (point - zero_origins[body])
-            return np.asarray(origins[body] + rotations[body] @ inside)
-    return np.asarray(origins[5])
+            zero = [part[4, ..., 0] for part in mechanism.body_placements(np.zeros((1, mechanism.joint_count)))]
+            inside = zero[0].T @ (point - zero[1])
+            return np.asarray(origins[4].T + np.einsum("ijk,j->ki", rotations[4], inside))
+    return np.asarray(origins[5].T)
 
 
 def _upward(axis: Array) -> Array:
@@ -87,12 +104,6 @@ def _level(axis: Array) -> Array:
     x = np.array([1.0, 0.0, 0.0])
     x = x - (x @ axis) * axis
     return np.asarray(x / np.linalg.norm(x))
-
-
-def _turn(axis: Array, angle: float) -> Array:
-    x, y, z = axis.tolist()
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross))
 
 
 class Configuration(Protocol):
@@ -259,7 +270,7 @@ def chosen(robot: Robot, solutions: Array, configuration: Configuration) -> tupl
         The solution, shape (6,) [rad], and how far it agrees: 2 in all, 1 but for turns, 0 not even in its branch: the
         first solution, that is the nearest.
     """
-    agreements = [configuration.agreement(Posture.of(robot, q)) for q in solutions]
+    agreements = [configuration.agreement(posture) for posture in postures(robot, solutions)]
     best = int(np.argmax(agreements))
     return solutions[best], agreements[best]
 

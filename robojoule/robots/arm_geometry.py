@@ -84,7 +84,7 @@ class ArmGeometry:
         ahead = target - p[0]
         q = _branched(q, 0, _projected(-h[0], h[1], ahead, float(h[1] @ (point - p[0])), q[:, 0]))
         ahead = np.broadcast_to(ahead, (len(q) // 2, 3)) if ahead.ndim == 1 else ahead
-        return self._elbow(p[0] + _turned(h[0], -q[:, 0], np.vstack([ahead, ahead])), point, q)
+        return self._elbow(p[0] + turned(h[0], -q[:, 0], np.vstack([ahead, ahead])), point, q)
 
     def _elbow(self, target: Array, point: Array, q: Array) -> Array:
         """Joints 2 and 3 such that they bring a point to targets, two rows for each one."""
@@ -94,7 +94,7 @@ class ArmGeometry:
         wanted = 0.5 * (arm @ arm + offset @ offset - reach**2)
         q = _branched(q, 2, _projected(h[2], offset, arm, wanted, q[:, 2]))
         target = np.vstack([target, target])
-        straight = np.asarray(p[2] - p[1] + _turned(h[2], q[:, 2], arm))
+        straight = np.asarray(p[2] - p[1] + turned(h[2], q[:, 2], arm))
         q[:, 1] = _aligned(h[1], straight, target - p[1], q[:, 1])
         return q
 
@@ -103,7 +103,7 @@ class ArmGeometry:
         pointing = self._unturned((0, 1, 2), q, turn @ h[5])
         q = _branched(q, 4, _projected(h[4], h[3], h[5], pointing @ h[3], q[:, 4]))
         pointing = np.vstack([pointing, pointing])
-        q[:, 3] = _aligned(h[3], _turned(h[4], q[:, 4], h[5]), pointing, q[:, 3])
+        q[:, 3] = _aligned(h[3], turned(h[4], q[:, 4], h[5]), pointing, q[:, 3])
         across = _across(h[5])
         q[:, 5] = _aligned(h[5], across, self._unturned((0, 1, 2, 3, 4), q, turn @ across), q[:, 5])
         return q
@@ -114,14 +114,14 @@ class ArmGeometry:
         q, ahead = _rows(near), turn @ meeting + shift - p[0]
         q = _branched(q, 0, _projected(-h[0], h[1], ahead, float(h[1] @ (meeting - p[0])), q[:, 0]))
         q = _branched(q, 4, _projected(h[4], h[1], h[5], self._unturned((0,), q, turn @ h[5]) @ h[1], q[:, 4]))
-        standing = _turned(h[0], q[:, 0], h[1]) @ turn
-        q[:, 5] = _aligned(-h[5], _turned(h[4], -q[:, 4], h[1]), standing, q[:, 5])
-        fourth = p[4] + _turned(h[4], -q[:, 4], p[3] - p[4])
-        fourth = p[5] + _turned(h[5], -q[:, 5], fourth - p[5])
-        target = p[0] + _turned(h[0], -q[:, 0], fourth @ turn.T + shift - p[0])
+        standing = turned(h[0], q[:, 0], h[1]) @ turn
+        q[:, 5] = _aligned(-h[5], turned(h[4], -q[:, 4], h[1]), standing, q[:, 5])
+        fourth = p[4] + turned(h[4], -q[:, 4], p[3] - p[4])
+        fourth = p[5] + turned(h[5], -q[:, 5], fourth - p[5])
+        target = p[0] + turned(h[0], -q[:, 0], fourth @ turn.T + shift - p[0])
         q = self._elbow(target, p[3], q)
         across = _across(h[3])
-        tip = _turned(h[5], -q[:, 5], _turned(h[4], -q[:, 4], across))
+        tip = turned(h[5], -q[:, 5], turned(h[4], -q[:, 4], across))
         q[:, 3] = _aligned(h[3], across, self._unturned((0, 1, 2), q, tip @ turn.T), q[:, 3])
         return q
 
@@ -132,8 +132,8 @@ class ArmGeometry:
         q = np.tile(near, (_GRID, 1))
         q[:, 5] = grid
         point = self.middle_meeting_m
-        q = self._arm((p[5] + _turned(h[5], -grid, point - p[5])) @ turn.T + shift, point, q)
-        fifth = self._unturned((0, 1, 2), q, _turned(h[5], -q[:, 5], h[4]) @ turn.T)
+        q = self._arm((p[5] + turned(h[5], -grid, point - p[5])) @ turn.T + shift, point, q)
+        fifth = self._unturned((0, 1, 2), q, turned(h[5], -q[:, 5], h[4]) @ turn.T)
         missing = (fifth @ h[3] - h[3] @ h[4]).reshape(-1, _GRID)
         after, before = np.roll(missing, -1, axis=1), np.roll(missing, 1, axis=1)
         with np.errstate(invalid="ignore"):
@@ -144,14 +144,14 @@ class ArmGeometry:
         q, fifth = q[rows], fifth[rows]
         q[:, 3] = _aligned(h[3], h[4], fifth, q[:, 3])
         across = _across(h[4])
-        tip = _turned(h[5], -q[:, 5], across) @ turn.T
+        tip = turned(h[5], -q[:, 5], across) @ turn.T
         q[:, 4] = _aligned(h[4], across, self._unturned((0, 1, 2, 3), q, tip), q[:, 4])
         return _finite(q)
 
     def _unturned(self, joints: tuple[int, ...], q: Array, vectors: Array) -> Array:
         """Vectors, shape (3,) or (N, 3), turned back by joints, the one nearest to the base first."""
         for joint in joints:
-            vectors = _turned(self.axes[joint], -q[:, joint], vectors)
+            vectors = turned(self.axes[joint], -q[:, joint], vectors)
         return vectors
 
 
@@ -212,7 +212,7 @@ def _across(axis: Array) -> Array:
     return np.asarray(across / np.linalg.norm(across))
 
 
-def _turned(axis: Array, angles: Array, vectors: Array) -> Array:
+def turned(axis: Array, angles: Array, vectors: Array) -> Array:
     """Vectors, shape (3,) or (N, 3), turned about a unit axis by N angles [rad], shape (N, 3)."""
     sine, cosine = np.sin(angles)[:, None], np.cos(angles)[:, None]
     along = (vectors @ axis)[..., None] * axis

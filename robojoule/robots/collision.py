@@ -82,7 +82,7 @@ class CollisionModel:
     def levers_m(self) -> Array:
         """How far a capsule's axis can be from each joint that carries it, zero for other joints, shape (K, n). [m]
 
-        The way from the origin of a joint over those behind it to the end of the capsule is no shorter.
+        It is at most the way from the origin of the joint over those behind it to the end of the capsule.
         """
         mechanism = self._robot.mechanism
         lengths = np.array([float(np.linalg.norm(placement.origin_m)) for placement in mechanism.placements])

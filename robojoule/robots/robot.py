@@ -205,6 +205,18 @@ class Robot:
         vars(variant).update({name: value for name, value in changes.items() if value is not None})
         return variant
 
+    def carrying(self, payload: Payload) -> Robot:
+        """The robot with another payload on the bodies of its file, drives and limits shared.
+
+        Raises:
+            InputError: A payload above the rated one.
+        """
+        self.file.check_payload(payload.mass_kg)
+        mechanism = assemble(self.file, self.source)
+        other = self.variant(mechanism=mechanism.with_load(payload.body) if payload.mass_kg > 0 else mechanism)
+        vars(other).update(payload=payload)
+        return other
+
     @property
     def supply(self) -> Supply | None:
         """What lies between the mains and the arm, if the file says so."""

@@ -29,6 +29,7 @@ from pydantic import Field
 
 from robojoule.documents import Document, check_file, load, write_document, write_text
 from robojoule.errors import InputError, refuse
+from robojoule.robots.controller_file import ControllerFile
 from robojoule.robots.pendant_file import PendantFile
 from robojoule.robots.robot_file import (
     CapsuleFile,
@@ -43,6 +44,7 @@ from robojoule.robots.robot_file import (
     ToolFile,
 )
 from robojoule.robots.robot_loading import robot_file_of
+from robojoule.robots.standby import StandbyFile
 from robojoule.robots.urdf_chain import chain_of
 from robojoule.robots.urdf_elements import LIMITS, UrdfJoint, attribute, read_joint, read_link, read_xml
 
@@ -81,6 +83,9 @@ class UrdfDriveFile(Document):
     capsules: dict[str, list[CapsuleFile]] = Field(default_factory=dict)
     pendant: PendantFile | None = None
     drives: DrivesFile
+    controller: ControllerFile | None = None
+    standby: StandbyFile | None = None
+    derived_from: str | None = None
 
 
 def load_urdf(path: str | Path, drives: str | Path | None = None) -> RobotFile:

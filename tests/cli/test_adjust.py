@@ -58,6 +58,27 @@ def test_plans_on_runs_say_how_sure_they_are(program, runs, capsys):
     assert "reserve 0.0500 s" in shown and "(90 % interval)" in shown and "controller: " in shown
 
 
+@pytest.mark.parametrize("suffix", [".yaml", ".json"])
+def test_a_plan_on_runs_says_what_it_was_made_for(program, runs, tmp_path, capsys, suffix):
+    """The machine is slower than its entry: the cycle that the robot's file simulates is not the one that was asked."""
+    out, better = tmp_path / f"plan{suffix}", tmp_path / f"better{suffix}"
+    plan = said(capsys, "optimize", program, "--cycle-time", "3.4", "--runs", runs, "--out", out)
+    by_the_file = said(capsys, "simulate", out)["cycle_time_s"]
+    assert by_the_file < 3.3
+    again = said(capsys, "adjust", out, "--measured-cycle", "3.5", "--out", better)
+    assert again["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=2e-3)
+    assert load_program(better).tree.planned_cycle_s == pytest.approx(again["cycle_time_s"], abs=1e-6)
+    by_runs = said(capsys, "adjust", out, "--runs", runs)
+    assert by_runs["cycle_time_s"] == pytest.approx(plan["cycle_time_s"], abs=2e-3)
+
+
+def test_a_table_has_no_place_for_it(program, tmp_path, capsys):
+    out = tmp_path / "plan.csv"
+    said(capsys, "optimize", program, "--cycle-time", "+10%", "--out", out)
+    assert main(["adjust", str(out), "--measured-cycle", "7", *ROBOT]) == 2
+    assert "does not say for which cycle time it was planned; allowed: seconds (7.5)" in capsys.readouterr().err
+
+
 def test_timing_is_identified_from_the_same_table(program, runs, tmp_path, capsys):
     out = tmp_path / "mine.json"
     result = said(capsys, "identify", runs, "--program", program, "--out", out)
@@ -73,7 +94,8 @@ def test_timing_is_identified_from_the_same_table(program, runs, tmp_path, capsy
     [
         (["adjust", "PROGRAM"], "what the trial gave is needed"),
         (["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"], "what the trial gave is needed"),
-        (["adjust", "PROGRAM", "--runs", "RUNS"], "with runs the cycle time must be given"),
+        (["adjust", "PROGRAM", "--runs", "RUNS"], "--cycle-time: the program does not say for which cycle time it was"),
+        (["adjust", "PROGRAM", "--measured-cycle", "7"], "--cycle-time: the program does not say for which cycle time"),
         (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "10s"], "is not a valid reserve"),
         (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "-1%"], "is not a valid reserve"),
         (["optimize", "PROGRAM", "--cycle-time", "9", "--profiles", "true"], "unknown source of profiles"),

@@ -99,6 +99,38 @@ def test_a_plan_is_drawn(cell, tmp_path, capsys):
     assert "the plan is not feasible" in capsys.readouterr().err
 
 
+def test_a_cell_of_robots_is_planned_checked_and_drawn(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", "robot_cell.yaml"]) == 0
+    capsys.readouterr()
+    words = ["cell", "solve", "robot_cell.yaml", "--gap", "1", "--quiet", "--time-limit", "900"]
+    assert main([*words, "--out", "plan.json", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["programs"] == ["plan.loader.yaml", "plan.welder.yaml", "plan.unloader.yaml"]
+    assert result["bound_j"] <= result["energy_j"] < result["energy_given_j"] and result["clearance_m"] >= 0.03
+    assert {path.name for path in tmp_path.iterdir()} == {"robot_cell.yaml", "plan.json", *result["programs"]}
+    assert main(["cell", "check", "robot_cell.yaml", "plan.json", "--json"]) == 0
+    check = json.loads(capsys.readouterr().out)
+    assert check["feasible"] and check["plans"][0]["energy_j"] == pytest.approx(result["energy_j"])
+    draw = ["cell", "gantt", "robot_cell.yaml", "plan.json", "--plot", "plan.svg"]
+    assert main(draw) == 0
+    assert "<svg" in (tmp_path / "plan.svg").read_text(encoding="utf-8")
+    program = (tmp_path / "plan.welder.yaml").read_text(encoding="utf-8")
+    (tmp_path / "plan.welder.yaml").write_text(program.replace("duration_s: 1.2", "duration_s: 0.2"), encoding="utf-8")
+    capsys.readouterr()
+    assert main(["cell", "check", "robot_cell.yaml", "plan.json"]) == 0
+    assert "not feasible" in capsys.readouterr().out
+    assert main(draw) == 2
+    assert "the plan is not feasible" in capsys.readouterr().err
+    assert main([*words, "--out", "plan.csv"]) == 2
+    assert "unknown file type '.csv'" in capsys.readouterr().err
+
+
+def test_what_goes_with_cells_of_robots_only_is_refused(cell, capsys):
+    assert main(["cell", "solve", str(cell), "--profiles", "predicted"]) == 2
+    assert "--profiles" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has other signals")
 def test_an_interrupt_keeps_the_best_plan(tmp_path):
     path, out = tmp_path / "cell.json", tmp_path / "plan.json"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from robojoule.cli import main
+from robojoule.robots import catalog_path
 
 ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
 
@@ -71,3 +72,19 @@ def test_bad_input_writes_nothing(program, tmp_path, capsys):
     assert main(["pareto", str(tmp_path / "none.yaml"), *ROBOT, "--csv", str(table)]) == 2
     assert "there is no such file" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_standby_modes_have_a_curve_of_their_own(program, tmp_path, capsys):
+    data = json.loads(catalog_path("kuka_kr16_r2010_2").read_text(encoding="utf-8"))
+    data |= {"name": "mine", "derived_from": data["name"], "standby": {"brakes": {"power_w": 160, "least_idle_s": 1}}}
+    (tmp_path / "mine.json").write_text(json.dumps(data), encoding="utf-8")
+    words = ["pareto", str(program), "--robot", str(tmp_path / "mine.json"), "--csv", str(tmp_path / "curve.csv")]
+    assert main([*words, "--until", "waiting", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    rows = list(csv.DictReader((tmp_path / "curve.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["standby"] for row in rows].count("yes") == len(result["standby"]["points"])
+    assert [row["standby"] for row in rows].count("no") == len(result["points"])
+    assert result["standby"]["best_energy_j"] <= result["best_energy_j"] * (1.0 + 1e-9)
+    assert result["standby"]["points"][-1]["energy_j"] < result["points"][-1]["energy_j"]
+    assert main(words) == 0
+    assert "with waits in standby: least energy" in capsys.readouterr().out

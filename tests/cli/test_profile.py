@@ -85,3 +85,47 @@ def test_bad_input_ends_with_one_sentence_and_exit_code_2(capsys, arguments, mes
     assert shown.out == ""
     assert message in shown.err
     assert shown.err.count("\n") == 1
+
+
+def test_a_move_of_a_program_by_measured_runs(program, tmp_path, capsys):
+    runs = tmp_path / "runs.csv"
+    rows = [
+        f"{move},{limit},{0.5 * factor:.3f},{600 / factor:.0f}"
+        for limit, factor in ((100, 1.0), (40, 1.6))
+        for move in (1, 2, 3)
+    ]
+    runs.write_text("\n".join(["move,speed_limit_percent,duration_s,energy_j", *rows]) + "\n", encoding="utf-8")
+    words = ["profile", str(program), "--move", "move-2", "--payload", "10", "--runs", str(runs)]
+    assert main([*words, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["profiles"] == "measured"
+    assert result["measured_speed_limit_percent"] == [40.0, 100.0]
+    at = result["speed_limit_percent"].index(100.0)
+    assert result["duration_s"][at] == pytest.approx(0.5, rel=0.05)  # all moves the same duration: no machine
+    assert all(low < high for low, high in zip(result["energy_low_j"], result["energy_high_j"], strict=True))
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "measured profile" in lines[0] and lines[1].endswith("90 % interval [J]")
+    assert sum("  measured" in line for line in lines[2:]) == 2
+
+
+MOVE_OF = ["profile", "PROGRAM", "--payload", "10"]
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        (MOVE_OF, "--move: which move of the program is not said; allowed: move-1, move-2, move-3"),
+        ([*MOVE_OF, "--move", "mve-1"], "--move: unknown move 'mve-1' (did you mean move-1"),
+        ([*MOVE_OF, "--move", "move-1", "--from", "0,0"], "--from: a move of a program has its ends"),
+        ([*MOVE_OF, "--move", "move-1", "--profiles", "predicted", "--plot", "p.svg"], "--plot: predicted profiles do"),
+        (["profile", *MOVE, "--runs", "r.csv"], "--runs: this needs the program whose moves are meant"),
+        (["profile", *MOVE[:2]], "--from: this is missing"),
+        (["profile", *MOVE[2:]], "--robot: this is missing"),
+    ],
+)
+def test_motions_and_moves_are_not_mixed(program, tmp_path, monkeypatch, capsys, words, message):
+    monkeypatch.chdir(tmp_path)
+    assert main([str(program) if word == "PROGRAM" else word for word in words]) == 2
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -8,6 +8,7 @@ import pytest
 import robojoule as rj
 from robojoule.cli import main
 from robojoule.programs.operation_tree import tree_from_configurations
+from tests.planning.blended_trees import there_and_back
 
 NAME = "kuka_kr16_r2010_2"
 ROBOT = ["--robot", NAME]
@@ -26,7 +27,7 @@ def test_it_gives_what_the_library_gives(program, capsys, payload_kg):
     result = simulated(capsys, program, *words)
     robot = rj.load_robot(NAME, payload_kg=payload_kg) if payload_kg else rj.load_robot(NAME)
     cycle = rj.simulate(rj.load_program(program), robot).to_dict()
-    assert result == {"program": "pick", "robot": NAME, "payload_kg": payload_kg, **cycle}
+    assert result == {"program": "pick", "robot": NAME, "payload_kg": payload_kg, **cycle, "program_notes": []}
 
 
 def test_a_written_plan_takes_what_was_promised(program, tmp_path, capsys):
@@ -64,3 +65,13 @@ def test_bad_input_is_one_sentence_with_exit_code_2(program, capsys, words, mess
     shown = capsys.readouterr()
     assert message in shown.err
     assert (shown.out, shown.err.count("\n")) == ("", 1)
+
+
+def test_a_motion_through_coarse_zones_is_one_row(tmp_path, capsys):
+    path = tmp_path / "rounded.yaml"
+    there_and_back({"radius_m": 0.08}).save(path)
+    assert main(["simulate", str(path), *ROBOT]) == 0
+    rows = [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()]
+    assert "place (and 2 before)" in rows
+    assert "home (and 1 before)" in rows
+    assert simulated(capsys, path)["moves"][0]["through"] == ["a", "b"]

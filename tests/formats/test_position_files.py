@@ -174,3 +174,20 @@ def test_what_rows_cannot_hold_is_refused_not_lost(tmp_path, operations, message
     with pytest.raises(InputError, match=message):
         Program(parse_tree(data, "t")).save(tmp_path / "out.csv")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "unit, row, written",
+    [
+        ("rad", "0.5,-1.2,1.4,0,0.5,0", "target_rad: [0.5, -1.2, 1.4, 0.0, 0.5, 0.0]"),
+        ("deg", "12.34,-71.7,80.03,0,30,1", "target_deg: [12.34, -71.7, 80.03, 0.0, 30.0, 1.0]"),
+    ],
+)
+def test_a_table_becomes_a_tree_in_its_own_unit(tmp_path, unit, row, written):
+    """Not in the other one's sixteen digits."""
+    header = ",".join(f"q{joint}_{unit}" for joint in range(1, 7))
+    (tmp_path / "a.csv").write_text(f"{header}\n0,0,0,0,0,0\n{row}\n", encoding="utf-8")
+    read = load_program(tmp_path / "a.csv")
+    read.save(tmp_path / "a.yaml")
+    assert written in (tmp_path / "a.yaml").read_text(encoding="utf-8")
+    assert load_program(tmp_path / "a.yaml").tree.moves()[0].target_rad == read.tree.moves()[0].target_rad

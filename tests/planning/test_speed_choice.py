@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from robojoule.planning.speed_choice import (
     cautious_energies,
@@ -54,17 +55,19 @@ def test_caution_counts_differences_to_full_speed_only(profiles):
 def test_a_plan_that_is_the_program_as_given_saves_nothing_for_sure(profiles):
     given = np.full(5, 4)
     waits = np.zeros((5, 2))
-    saving, low, high = saving_interval(profiles, given, given, (waits, waits), 0.0)
+    saving, low, high = saving_interval(profiles, given, given, (waits, waits), (0.0, 0.0))
     assert saving == pytest.approx(0.0, abs=1e-9)
     unexplained = np.hypot(0.5, 0.5 * 100.0 * profiles.held_out_error)  # by no figure of the model
     assert high - low == pytest.approx(2.0 * 1.6449 * unexplained, rel=1e-3)
 
 
 def test_probabilities_of_being_late():
-    assert late_probability(0.0, 0.01) == pytest.approx(0.5)
-    assert late_probability(0.016449, 0.01) == pytest.approx(0.05, rel=1e-3)
-    assert late_probability(0.01, 0.0) == 0.0
-    assert late_probability(-0.01, 0.0) == 1.0
+    for margin in (-0.01, 0.0, 0.004, 0.016, 0.1):
+        tail = stats.t.sf((margin + 1e-4 * 5.0) / 0.01, 2, loc=-0.19, scale=0.67)
+        assert late_probability(margin, 0.01, 5.0) == pytest.approx(tail, rel=1e-9)
+    assert late_probability(0.01, 0.0, 5.0) == 0.0
+    assert late_probability(-4e-4, 0.0, 5.0) == 0.0  # not noticed
+    assert late_probability(-6e-4, 0.0, 5.0) == 1.0
 
 
 def test_a_controller_takes_multiples_of_its_step_and_full_speed():

@@ -7,10 +7,9 @@ import pytest
 
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.formats.program import Program
+from robojoule.formats.program import WAIT_STEP_S, Program
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.whole_speeds import speed_choices
-from robojoule.planning.writeback import WAIT_STEP_S
 from tests.core_cases import kr16
 from tests.planning.trees import POINTS_DEG, busy_tree, tree
 

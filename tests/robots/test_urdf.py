@@ -6,6 +6,7 @@ from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import list_robots, load_robot, load_robot_file
 from robojoule.robots.robot import Payload
+from robojoule.robots.robot_file import RobotFile
 from robojoule.robots.urdf import load_urdf, write_urdf
 from tests.robots.arms import CONTROLLER, DRIVE, arm_file
 
@@ -76,6 +77,20 @@ def test_figures_beyond_all_bounds_are_refused(two, was, becomes, said):
 def test_a_joint_without_a_bound_may_be_written_with_a_large_one(two):
     two.write_text(TWO_JOINTS.replace('lower="-2" upper="2"', 'lower="-1e16" upper="1e16"'))
     assert load_robot(two).upper_rad[0] == 1e16
+
+
+def test_what_was_learnt_of_a_robot_is_written_too(tmp_path):
+    """Timing, standby modes, and whose programs it takes."""
+    data = load_robot_file("kuka_kr16_r2010_2").model_dump(mode="json")
+    timing = {"rule": "torque_limited", "provenance": "identified", "filter_time_s": 0.05}
+    timing["joints"] = {joint["name"]: {"velocity_rad_s": 2.0} for joint in data["joints"] if joint["type"] != "fixed"}
+    standby = {"brakes": {"power_w": 160.0, "least_idle_s": 2.0}}
+    file = RobotFile.model_validate(
+        data | {"name": "mine", "derived_from": data["name"], "standby": standby, "controller": timing}
+    )
+    write_urdf(file, tmp_path / "mine.urdf")
+    assert load_robot_file(tmp_path / "mine.urdf") == file
+    assert load_robot(tmp_path / "mine.urdf").standby[0].power_w == 160.0
 
 
 @pytest.mark.parametrize("name", ["kuka_kr16_r2010_2", "fanuc_m20_25_18d", "ur_ur10e"])

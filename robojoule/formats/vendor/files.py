@@ -6,11 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from robojoule.documents import write_files
 from robojoule.errors import InputError
 from robojoule.formats.format import Reading
+from robojoule.formats.vendor.composing import Compose
 from robojoule.formats.vendor.source import VendorSource
 from robojoule.formats.vendor.trace import Beside, VendorProgram
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -21,11 +24,15 @@ class VendorFiles:
         name: What the language is called.
         suffixes: Suffixes of its files, in lower case, with the dot.
         parse: Reads a file, and those that go with it.
+        compose: Makes the texts of a new program; None: new programs are not made.
+        speed_step_percent: Step of speed limits that plans take: fine where the language has speeds or durations. [%]
     """
 
     name: str
     suffixes: tuple[str, ...]
     parse: Callable[[Path], VendorProgram]
+    compose: Compose | None = None
+    speed_step_percent: float = 1.0
 
     def source(self, path: Path, beside: Beside | None = None) -> VendorSource:
         """Read a program without saying yet for which robot.
@@ -42,5 +49,29 @@ class VendorFiles:
 
     def write(self, tree: OperationTree, path: Path, text: str | None = None) -> None:
         """Write a new program; see `robojoule.formats.format.Format`."""
-        problem = f"the program was not read from a file of this kind ({self.name})"
-        raise InputError(problem, file=path, allowed="the format that it was read from, YAML, JSON or CSV")
+        self.create(tree, path, None)
+
+    def create(self, tree: OperationTree, path: Path, robot: Robot | None) -> tuple[str, ...]:
+        """Write a new program, with the files that go with it beside it.
+
+        Args:
+            tree: What it does.
+            path: File to write.
+            robot: Robot that executes it, where the language needs its figures.
+
+        Returns:
+            What the language cannot say, a sentence each.
+
+        Raises:
+            InputError: New programs of the language are not made, or the language needs a robot.
+        """
+        if self.compose is None:
+            problem = f"new programs of this kind ({self.name}) are not made"
+            raise InputError(problem, file=path, allowed="the format that the program was read from, or another one")
+        try:
+            made = self.compose(tree, robot, path.stem)
+        except InputError as error:
+            raise InputError(error.problem, file=path, key=error.key, allowed=error.allowed) from None
+        names = [path, *(path.with_suffix(suffix) for suffix in list(made.texts)[1:])]
+        write_files({name: text.encode("utf-8") for name, text in zip(names, made.texts.values(), strict=True)})
+        return made.lost

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.speeds import motion_percent
+from robojoule.formats.vendor.poses import NotKnown, Poses, Position
+from robojoule.formats.vendor.repetition import six_moments, tied
+from robojoule.formats.vendor.speed_limits import Execution, SpeedLimits
 from robojoule.formats.vendor.trace import (
     CycleStart,
     Event,
@@ -23,38 +25,24 @@ from robojoule.formats.vendor.trace import (
     Unknown,
     Wait,
 )
+from robojoule.formats.vendor.zones import Step, with_ends, zone_of
 from robojoule.inputs import counted
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
     LEAST_SPEED_PERCENT,
-    CoarseZone,
     MoveOperation,
     OperationTree,
+    PayloadOperation,
+    UnknownOperation,
     WaitOperation,
 )
 from robojoule.robots.pendant_file import Angles
-from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Payload, Robot
 
-Position = tuple[float, ...]
-STILL_RAD = 1e-9  # below, a joint has not turned
-_RADIUS_PER_SHARE_M = 0.1  # what stands for a share of the way while no robot is known; nothing is computed with it
-LEAST_RADIUS_M = 1e-6
-
-
-@dataclass(frozen=True)
-class Execution:
-    """One execution of a motion that is part of the tree.
-
-    Attributes:
-        motion: The motion.
-        start_rad: Where it begins, angles as the program counts them. [rad]
-        target_rad: Where it ends. [rad]
-    """
-
-    motion: Motion
-    start_rad: Position
-    target_rad: Position
+MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
+SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
+SAME_POSITION_RAD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -67,6 +55,7 @@ class Resolution:
         notes: What is kept, assumed or not known, in the order of lines.
         executions: Motions by the names of their moves in the tree.
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
+        repeated: Names of moves whose statement runs more than once, so that no wait can be added to one of them.
     """
 
     tree: OperationTree
@@ -74,6 +63,7 @@ class Resolution:
     notes: tuple[Note, ...]
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
+    repeated: frozenset[str] = frozenset()
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -89,33 +79,54 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
         NeedsRobot: A robot must be given; names the line.
         InputError: There is nothing that can be planned; says why.
     """
-    return _Resolver(trace, name, robot, angles).resolution()
+    first = _Resolver(trace, name, robot, angles, None)
+    found = first.resolution()
+    if first.cycles and first.position is not None and first.start is not None:
+        away = np.abs(np.subtract(first.position, first.start)).max()
+        if away > SAME_POSITION_RAD:  # a further pass begins where the one before ended
+            return _Resolver(trace, name, robot, angles, first.position).resolution()
+    return found
 
 
 class _Resolver:
     """Follows the events of a trace."""
 
-    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles) -> None:
+    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles, entry: Position | None) -> None:
         self.trace = trace
         self.name = name
         self.robot = robot
         self.angles: Angles = angles
+        self.poses = None if robot is None else Poses(robot, angles)
+        self.limits = SpeedLimits(self.poses)
+        self.entry = entry
         self.notes = {(note.line, note.text): note for note in trace.notes}
         self.position: Position | None = None
+        self.external: dict[str, float] = {}
+        self.repeated = Counter(event.statement for event in trace.events if isinstance(event, Motion))
+        self.labels = Counter(event.label for event in trace.events if isinstance(event, Motion))
+        self.cycles = False
+        self.lost_line = 0
+        self.last_load: Load | None = None
+        self._begin(None, 0)
+
+    def _begin(self, start: Position | None, line: int) -> None:
+        """The cycle begins here; what came before happens once."""
         self.start: Position | None = None
-        self.start_line = 0
-        self.operations: list[MoveOperation | WaitOperation] = []
+        self.start_line = line
+        self.operations: list[Step] = []
         self.lines: list[int] = []
         self.executions: dict[str, Execution] = {}
         self.added: dict[tuple[str, bool], list[Wait]] = {}
         self.first_waits: list[Wait] = []
-        events = trace.events
-        self.repeated = Counter(event.statement for event in events if isinstance(event, Motion))
-        self.labels = Counter(event.label for event in events if isinstance(event, Motion))
         self.numbers: Counter[str] = Counter()
+        if start is not None:
+            self._start(start, line)
 
     def resolution(self) -> Resolution:
-        events = self.trace.events
+        """The tree and what is to be known of it."""
+        events = self._with_known_loads()
+        if sum(isinstance(event, Motion) for event in events) > MOST_MOTIONS:
+            raise InputError("the program moves too often", allowed=f"{MOST_MOTIONS} motions")
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
@@ -123,22 +134,27 @@ class _Resolver:
             kept = next(iter(self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
+        operations = tied(with_ends(self.operations), self.executions, self._note)
         tree = OperationTree(
             format=FORMAT,
             version=FORMAT_VERSION,
             name=self.name,
             angles=self.angles,
             start_rad=self.start,
-            operations=tuple(self.operations),
+            operations=operations,
         )
         places = {f"operations.{i}.target_rad": f"line {line}" for i, line in enumerate(self.lines)}
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
-        return Resolution(tree, places, notes, self.executions, added)
+        repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
+        return Resolution(tree, places, notes, self.executions, added, repeated)
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))
+
+    def _keep(self, motion: Motion, reason: str) -> None:
+        self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
 
     def _take(self, event: Event, following: Event | None) -> None:
         if isinstance(event, Motion):
@@ -149,40 +165,67 @@ class _Resolver:
             self._note(event.line, event.what)
             self._lose(event.line)
         elif isinstance(event, CycleStart):
-            self._begin_cycle(event)
+            if self.executions:
+                self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
+            self.cycles = True
+            self.position = self.position if self.entry is None else self.entry
+            self._begin(self.position, event.line)
         elif isinstance(event, Load):
-            self._note(event.line, f"{event.what or 'the payload'} is not taken over: --payload holds for all motions")
+            self._load(event)
 
-    def _lose(self, line: int) -> None:
-        """The position is not known from here on."""
-        if self.executions:
-            raise InputError("what follows an unknown position cannot be planned yet", key=f"line {line}")
-        self.position = self.start = None
-        self.operations.clear()
-        self.lines.clear()
+    # Payloads
 
-    def _begin_cycle(self, event: CycleStart) -> None:
-        if self.executions:
-            self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
-            self.operations.clear()
-            self.lines.clear()
-            self.executions.clear()
-            self.added.clear()
-        self.start, self.start_line = self.position, event.line
+    def _with_known_loads(self) -> list[Event]:
+        """The events, with changes of payload alone where there is one whose figures are known."""
+        found: list[Event] = []
+        carried: Payload | None = None
+        for event in self.trace.events:
+            if not isinstance(event, Load):
+                found.append(event)
+            elif event.payload is None:
+                self._note(event.line, f"{event.what or 'the payload'} is not known: what was carried before counts on")
+            elif event.payload != carried:
+                carried = event.payload
+                found.append(event)
+        return found
+
+    def _load(self, event: Load) -> None:
+        """What the robot carries from here on; before the cycle begins, from its beginning on."""
+        self.last_load = event
+        payload = event.payload
+        if self.start is None or payload is None:
+            return
+        moments = payload.inertia_kg_m2
+        inertia = six_moments(moments) if moments is not None else None
+        name = self._number("payload")
+        carried = PayloadOperation(name=name, mass_kg=payload.mass_kg, com_m=payload.com_m, inertia_kg_m2=inertia)
+        self._append(carried, event.line)
+
+    def _start(self, position: Position, line: int) -> None:
+        """The cycle starts here."""
+        self.start, self.start_line = position, line
+        if self.last_load is not None:
+            self._load(self.last_load)
+
+    # Waits
 
     def _wait(self, event: Wait) -> None:
         if event.added:
             self._added_wait(event)
-            return
-        if event.duration_s is None:
-            self._note(event.line, f"how long {event.what or 'the wait'} takes is not in the file: taken as 0 s")
-            return
-        if event.duration_s > 0.0 and self.start is not None:
-            what = f"wait-{event.line}"
-            self.numbers[what] += 1
-            suffix = f"-{self.numbers[what]}" if self.numbers[what] > 1 else ""
-            self.operations.append(WaitOperation(name=what + suffix, duration_s=event.duration_s))
-            self.lines.append(event.line)
+        elif event.duration_s is None:
+            self._note(event.line, f"how long it takes is not in the file, see --wait: {event.what or 'a wait'}")
+            if self.start is not None and self.position is not None:
+                self._append(UnknownOperation(name=self._number("unknown")), event.line)
+        elif event.duration_s > 0.0 and self.start is not None:
+            self._append(WaitOperation(name=self._number("wait"), duration_s=event.duration_s), event.line)
+
+    def _append(self, operation: Step, line: int) -> None:
+        self.operations.append(operation)
+        self.lines.append(line)
+
+    def _number(self, word: str) -> str:
+        self.numbers[word] += 1
+        return f"{word}-{self.numbers[word]}"
 
     def _added_wait(self, event: Wait) -> None:
         """A wait that a plan has added: to the move before it, or to the first move."""
@@ -196,90 +239,118 @@ class _Resolver:
         self.operations[moves[-1]] = move.model_copy(update={"added_wait_after_s": seconds})
         self.added.setdefault((move.name, False), []).append(event)
 
+    # Motions
+
     def _move(self, motion: Motion, following: Event | None) -> None:
         target = self._target(motion)
+        moves_outside = self._moves_outside(motion)
         if target is None:
-            self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {motion.reason or 'not known'}")
             self._lose(motion.line)
-            return
-        if self.position is None:
+        elif self.position is None:
+            self._arrive(motion, target)
+        elif moves_outside:
+            self._keep(motion, "it moves an external axis")
+            self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), motion.line)
             self.position = target
-            if self.start is None:
-                self.start, self.start_line = target, motion.line
-                self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
-            return
-        if motion.kind != "joint":
-            self._note(motion.line, f"the {motion.kind} motion is kept as it is")
-            self._lose(motion.line)
-            return
-        execution = Execution(motion, self.position, target)
-        move = self._operation(execution, following)
+        else:
+            self._travel(Execution(motion, self.position, target), following)
+
+    def _arrive(self, motion: Motion, target: Position) -> None:
+        """A motion from where nobody knows: its end is known."""
         self.position = target
+        if self.start is None:
+            self._start(target, motion.line)
+            self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
+            return
+        self._keep(motion, "it starts at an unknown position")
+        self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), self.lost_line)
+
+    def _lose(self, line: int) -> None:
+        """The position is not known from here on."""
+        if self.position is not None:
+            self.lost_line = line
+        self.position = None
+
+    def _travel(self, execution: Execution, following: Event | None) -> None:
+        """A motion between known positions."""
+        motion = execution.motion
+        self.position = execution.target_rad
+        limit = self.limits.of(execution)
+        if limit.reason:
+            self._keep(motion, limit.reason)
+        if limit.remark:
+            self._note(motion.line, limit.remark)
+        percent, is_fixed = limit.percent, limit.is_fixed
+        if percent is None:
+            self._append(UnknownOperation(name=self._number("unknown"), target_rad=execution.target_rad), motion.line)
+            return
+        move = MoveOperation(
+            name=self._move_name(motion),
+            target_rad=execution.target_rad,
+            zone=zone_of(motion, following),
+            speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
+            fixed=is_fixed,
+        )
         if self.first_waits:
             seconds = sum(wait.duration_s or 0.0 for wait in self.first_waits)
             move = move.model_copy(update={"added_wait_before_s": seconds})
             self.added[move.name, True] = self.first_waits
             self.first_waits = []
-        self.operations.append(move)
-        self.lines.append(motion.line)
+        self._append(move, motion.line)
         self.executions[move.name] = execution
 
-    def _operation(self, execution: Execution, following: Event | None) -> MoveOperation:
-        motion = execution.motion
-        percent = motion_percent(execution.motion.speed, execution.start_rad, execution.target_rad, self.robot, motion)
-        if percent is None:
-            self._note(motion.line, "the program does not say how fast the motion is: taken as 100 %")
-            percent = 100.0
-        is_fixed = not motion.speed.writable
-        if self.repeated[motion.statement] > 1:
-            self._note(motion.line, f"the motion runs {self.repeated[motion.statement]} times: its speed is kept")
-            is_fixed = True
-        return MoveOperation(
-            name=self._move_name(motion),
-            target_rad=execution.target_rad,
-            zone=self._zone(motion, following),
-            speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
-            fixed=is_fixed,
-        )
+    def _moves_outside(self, motion: Motion) -> bool:
+        """Whether a motion moves an external axis."""
+        given = motion.target.external if motion.target is not None else {}
+        moved = [n for n, value in given.items() if abs(value - self.external.get(n, value)) > SAME_EXTERNAL]
+        self.external.update(given)
+        return bool(moved)
 
     def _move_name(self, motion: Motion) -> str:
         label = motion.label or "move"
-        self.numbers[label] += 1
-        return label if self.labels[motion.label] == 1 and motion.label else f"{label}-{self.numbers[label]}"
+        numbered = self._number(label)
+        return label if self.labels[motion.label] == 1 and motion.label else numbered
 
-    def _zone(self, motion: Motion, following: Event | None) -> CoarseZone | str:
-        """The zone in which the next motion may begin; where something else follows, the controller stops."""
-        blend = motion.blend
-        if blend is None or not isinstance(following, Motion):
-            return "fine"
-        radius_m = blend.radius_m if blend.radius_m is not None else (blend.share or 0.0) * _RADIUS_PER_SHARE_M
-        return CoarseZone(radius_m=radius_m) if radius_m > LEAST_RADIUS_M else "fine"
+    # Targets
 
     def _target(self, motion: Motion) -> Position | None:
         """Where a motion ends; None where that is not known."""
         target = motion.target
         if isinstance(target, JointTarget):
             return self._joint_target(motion, target)
-        if isinstance(target, PoseTarget) and self.robot is None:
+        if not isinstance(target, PoseTarget):
+            self._keep(motion, motion.reason or "its target is not known")
+            return None
+        if self.poses is None:
             problem = f"the target of {motion.label or 'the motion'} is a place of the tool, which needs a robot"
-            raise NeedsRobot(problem, key=f"line {motion.line}", allowed="a robot, with the program or as --robot")
-        return None
+            raise NeedsRobot(problem, key=_at(motion), allowed="a robot, with the program or as --robot")
+        try:
+            found = self.poses.joints(target, self.position)
+        except NotKnown as error:
+            self._keep(motion, str(error))
+            return None
+        if found.remark:
+            self._note(motion.line, f"{motion.label or 'the target'}: {found.remark}")
+        return found.position
 
     def _joint_target(self, motion: Motion, target: JointTarget) -> Position | None:
         given = target.angles_rad
         if self.robot is not None and len(given) > self.robot.joint_count:
-            raise InputError(
-                f"the target has {counted(len(given), 'axis')}, but {self.robot.name} has {self.robot.joint_count}",
-                key=f"line {motion.line}",
-            )
+            problem = f"the target has {counted(len(given), 'angle')}, but {self.robot.name} has"
+            raise InputError(f"{problem} {counted(self.robot.joint_count, 'joint')}", key=_at(motion))
         if self.position is None:
             if target.relative or None in given:
+                self._keep(motion, "it depends on where the robot is, which is not known")
                 return None
             return tuple(float(value) for value in given if value is not None)
         if len(given) > len(self.position):
-            raise InputError("the target has another number of axes", key=f"line {motion.line}")
+            raise InputError("the target has another number of angles", key=_at(motion))
         values = np.array(self.position)
         for joint, value in enumerate(given):
             if value is not None:
                 values[joint] = values[joint] + value if target.relative else value
         return tuple(values.tolist())
+
+
+def _at(motion: Motion) -> str:
+    return f"line {motion.line}"

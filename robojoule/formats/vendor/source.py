@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +13,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Execution, Resolution, resolve
+from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, unified_diff
 from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
@@ -20,6 +23,7 @@ from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 SAME_S = 1e-9  # of waits: rounding
+LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +46,25 @@ class VendorSource:
     def trace(self) -> Trace:
         """What the program does."""
         try:
-            return self.program.trace(self.beside)
+            return self._with_waits(self.program.trace(self.beside))
         except InputError as error:
             raise self._placed(error) from None
+
+    def _with_waits(self, trace: Trace) -> Trace:
+        """The trace with the waits that are given beside it."""
+        given = self.beside.waits_s
+        open_lines = {one.line for one in trace.events if isinstance(one, Wait) and one.duration_s is None}
+        for line in given:
+            if line not in open_lines:
+                known = ", ".join(map(str, sorted(open_lines))) or "there is none"
+                raise InputError("no wait of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+        events = tuple(
+            replace(one, duration_s=given[one.line])
+            if isinstance(one, Wait) and one.duration_s is None and one.line in given
+            else one
+            for one in trace.events
+        )
+        return replace(trace, events=events)
 
     @cached_property
     def resolution(self) -> Resolution:
@@ -78,11 +98,63 @@ class VendorSource:
         new = {move.name: move for move in tree.moves()}
         if was.keys() != new.keys():
             raise InputError(f"the tree does not have the moves of the program '{self.program.name}'")
-        edits = self.program.speed_edits(self._wishes(was, new)) + self._wait_edits(was, new)
-        return tuple(
+        edits = list(dict.fromkeys([*self.program.speed_edits(self._wishes(was, new)), *self._wait_edits(was, new)]))
+        texts = [
             edited(source.text, [edit for edit in edits if edit.span.file == file])
             for file, source in enumerate(self.program.sources)
+        ]
+        return self.program.finished(texts)
+
+    @property
+    def wait_step_s(self) -> float:
+        """Waits that plans add are multiples of it. [s]"""
+        return max(self.program.wait_step_s, LEAST_WAIT_S)
+
+    def placed(self, tree: OperationTree) -> OperationTree:
+        """The tree with its added waits where the program can say them: behind motions that run once.
+
+        Where no motion does, the waits are shared out to all executions of one, as far as they are all in the tree;
+        what is left of them is not waited.
+
+        Args:
+            tree: A tree of some or all moves of the program.
+        """
+        moves, repeated = tree.moves(), self.resolution.repeated
+        if not any(move.name in repeated for move in moves):
+            return tree
+        before, after = moves[0].added_wait_before_s, [move.added_wait_after_s for move in moves]
+        for index, move in enumerate(moves[1:]):
+            after[index] += move.added_wait_before_s
+        free = [i for i, one in enumerate(moves) if one.is_fine and one.name not in repeated]
+        if moves[0].name in repeated:
+            before, after[0] = 0.0, after[0] + before
+        if free:
+            for index in set(range(len(moves))) - set(free):
+                nearest = min(free, key=lambda place: abs(place - index))
+                after[index], after[nearest] = 0.0, after[nearest] + after[index]
+        else:
+            shared = self._shared_places(moves)
+            each_s = math.floor(sum(after) / max(len(shared), 1) / self.wait_step_s + SAME_S) * self.wait_step_s
+            after = [each_s if index in shared else 0.0 for index in range(len(moves))]
+        return tree.with_plan(
+            {},
+            added_waits_before_s={move.name: before if i == 0 else 0.0 for i, move in enumerate(moves)},
+            added_waits_after_s={move.name: seconds for move, seconds in zip(moves, after, strict=True)},
         )
+
+    def _shared_places(self, moves: Sequence[MoveOperation]) -> tuple[int, ...]:
+        """All executions of the statement that runs last, of those whose executions all are among some moves."""
+        executions = self.resolution.executions
+        places: dict[int, list[int]] = {}
+        for index, move in enumerate(moves):
+            places.setdefault(executions[move.name].motion.statement, []).append(index)
+        in_all = Counter(one.motion.statement for one in executions.values())
+        whole = [
+            tuple(at)
+            for statement, at in places.items()
+            if len(at) == in_all[statement] and all(moves[index].is_fine for index in at)
+        ]
+        return max(whole, key=max, default=())
 
     def save(self, tree: OperationTree, path: Path) -> None:
         """Write the program's files, all of them or none, those that go with it beside the first under its name."""
@@ -130,8 +202,9 @@ class VendorSource:
         names = list(new)
         for index, name in enumerate(names):
             following = names[index + 1] if index + 1 < len(names) else None
-            before_s = new[name].added_wait_before_s if index == 0 else 0.0
+            before_s = self._stepped(new[name].added_wait_before_s) if index == 0 else 0.0
             after_s = new[name].added_wait_after_s + (new[following].added_wait_before_s if following else 0.0)
+            after_s = self._stepped(after_s)
             for seconds, old_s, is_before in (
                 (before_s, was[name].added_wait_before_s, True),
                 (after_s, was[name].added_wait_after_s, False),
@@ -139,6 +212,11 @@ class VendorSource:
                 if abs(seconds - old_s) > SAME_S:
                     edits += self._wait_edit(name, seconds, before=is_before)
         return edits
+
+    def _stepped(self, seconds: float) -> float:
+        """A wait in the steps that the language has, not longer than it is."""
+        step = self.program.wait_step_s
+        return math.floor(seconds / step + SAME_S / step) * step
 
     def _wait_edit(self, name: str, seconds: float, *, before: bool) -> list[Edit]:
         there: tuple[Wait, ...] = self.resolution.added.get((name, before), ())

@@ -7,28 +7,22 @@ Angles are those of the pendant, as they stand in the file; everything is in SI 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.formats.vendor.text import Edit, SourceText, Span
+from robojoule.robots.arm_configuration import Configuration
 from robojoule.robots.rigid_body import Placement
-from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.robot import Payload
 
 Kind = Literal["joint", "linear", "circular"]
 
 
 class NeedsRobot(InputError):
     """A program says something that only the figures of a robot explain."""
-
-
-class Configuration(Protocol):
-    """Which of the solutions of inverse kinematics a vendor's program names (Status and Turn, CONFIG, confdata)."""
-
-    def matches(self, robot: Robot, joints_rad: Array) -> bool:
-        """Whether a solution, angles of the model (n,) [rad], is the one that is named."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +51,7 @@ class PoseTarget:
         base: The base in the robot's own base frame; None: it is not known.
         configuration: Which solution is meant; None: the one nearest to the position before.
         near_rad: Joint angles of the pendant near which the solution is; None: those before the motion. [rad]
+        nearest: Whether the language says that the solution nearest to the point before is meant.
         relative: Whether the place is one in axes of the present tool place: "base" adds the position along the axes
             of the base, "tool" along those of the tool.
         external: Positions of external axes by their names.
@@ -69,6 +64,7 @@ class PoseTarget:
     base: Placement | None = None
     configuration: Configuration | None = None
     near_rad: tuple[float, ...] | None = None
+    nearest: bool = False
     relative: Literal["", "base", "tool"] = ""
     external: Mapping[str, float] = field(default_factory=dict)
     unknown: str = ""
@@ -76,12 +72,14 @@ class PoseTarget:
 
 @dataclass(frozen=True)
 class Speed:
-    """How fast a motion is, in the one figure that its program gives; none: not known.
+    """How fast a motion is, in the figures that its program gives; none: not known.
 
     Attributes:
         percent: Share of the joint velocity limits. [%]
         leading_rad_s: Velocity of the joint that turns farthest. [rad/s]
         tool_m_s: Velocity of the tool. [m/s]
+        tool_m_s2: Its acceleration, where the program says it. [m/s2]
+        tool_rad_s: Velocity at which the tool turns, where the program says it. [rad/s]
         duration_s: Duration of the motion, which overrules the others. [s]
         writable: Whether a plan may change it in this statement.
     """
@@ -89,6 +87,8 @@ class Speed:
     percent: float | None = None
     leading_rad_s: float | None = None
     tool_m_s: float | None = None
+    tool_m_s2: float | None = None
+    tool_rad_s: float | None = None
     duration_s: float | None = None
     writable: bool = True
 
@@ -120,6 +120,7 @@ class Motion:
         blend: Whether the next motion may begin before it ends; None: the robot stops at the target.
         via: Where a circular motion passes.
         reason: Why the target is not known, for reports.
+        tool: The tool in the flange's frame, whose speed the motion's may be; None: the flange.
     """
 
     statement: int
@@ -131,6 +132,7 @@ class Motion:
     blend: Blend | None = None
     via: PoseTarget | None = None
     reason: str = ""
+    tool: Placement | None = None
 
 
 @dataclass(frozen=True)
@@ -224,6 +226,8 @@ class Beside:
         bases: Bases (user frames, work objects) by their numbers or names.
         payloads: Payloads by their numbers or names.
         waits_s: Durations of waits that the file does not say, by their line. [s]
+        positions_rad: Joint positions as the pendant shows them, by their names in capitals (XHOME, PR[1]). [rad]
+        still: Programs and routines of other files that do not move the robot, by their names in capitals.
     """
 
     tool: Placement | None = None
@@ -232,6 +236,8 @@ class Beside:
     bases: Mapping[str, Placement] = field(default_factory=dict)
     payloads: Mapping[str, Payload] = field(default_factory=dict)
     waits_s: Mapping[int, float] = field(default_factory=dict)
+    positions_rad: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    still: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -260,6 +266,10 @@ class VendorProgram(Protocol):
     def sources(self) -> tuple[SourceText, ...]:
         """Its files."""
 
+    @property
+    def wait_step_s(self) -> float:
+        """Waits of the language are multiples of it. [s]"""
+
     def trace(self, beside: Beside) -> Trace:
         """What the program does.
 
@@ -279,3 +289,6 @@ class VendorProgram(Protocol):
 
     def wait_text(self, seconds: float) -> str:
         """A duration as it stands in a wait that a plan has added (`Wait.value`)."""
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """Edited texts of all files with what must keep in step with inserted lines, such as numbers of lines."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from time import monotonic
 
 import numpy as np
 
 from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.planning.cells.conflicts import contradicting_handovers, contradicting_lags, enough_s
 from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Lag, Numbering
+from robojoule.programs.cell import TimeLag
 
 _SECONDS = 10.0  # for the least cycle time of all robots together
 _SHOWN = 6
@@ -39,8 +42,9 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
             apart = CellModel(numbers, free_cycle_time=True, without=("handovers", "lags"))
             if apart.program.solve(_brief(limits)).status == "infeasible":
                 return InputError("the longest durations leave the robots no common cycle time")
-            return InputError("the time lags contradict each other: no cycle time is long enough for them")
-        return InputError("the locations of the hand-overs cannot be chosen so that all of them fit")
+            return _contradiction(contradicting_lags(cell, limits))
+        ends = _joined((one.first, one.second) for one in contradicting_handovers(cell, limits))
+        return InputError(f"the locations of the hand-overs between activities {ends} cannot be chosen so that all fit")
     if max(found.bound, least) > cell.cycle_time_s + TOO_SHORT_S:
         if found.bound <= least + TOO_SHORT_S:
             return CycleTimeTooShort(cell.cycle_time_s, least, forced=f"by robot {slowest}")
@@ -48,7 +52,23 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
         return CycleTimeTooShort(
             cell.cycle_time_s, found.bound, forced=f"by time lags between activities {lags}" if lags else ""
         )
+    enough = enough_s(cell, max(found.bound, least), limits)
+    if enough is not None:
+        return CycleTimeTooShort(cell.cycle_time_s, enough, forced="by activities that exclude each other")
     return InputError("the cell has no plan at this cycle time: collisions and time lags leave no room")
+
+
+def _contradiction(lags: Sequence[TimeLag]) -> InputError:
+    """Lags that form a cycle on which more time passes than there is, whatever the cycle time."""
+    said = _joined((one.first, one.second) for one in lags)
+    problem = f"the time lags between activities {said} contradict each other: no cycle time is long enough for them"
+    return InputError(problem, allowed="a lag with more cycles, or a shorter one")
+
+
+def _joined(pairs: Iterable[tuple[str, str]]) -> str:
+    """Names of some pairs of activities, in few words."""
+    names = [f"{first} and {second}" for first, second in pairs]
+    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 
 
 def _brief(limits: Limits) -> Limits:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from threading import Thread
 from time import monotonic
@@ -27,6 +28,7 @@ from robojoule.planning.cells.selection import Selection
 from robojoule.planning.cells.timing import Timing
 from robojoule.programs.cell import Cell
 
+LEAST_ITERATIONS = 2000  # fewer are not worth a run
 FEWEST_ITERATIONS, MOST_ITERATIONS = 20_000, 1_000_000
 ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
@@ -34,6 +36,7 @@ BOUND_S = 60.0
 SHARE_OF_ANNEALING = 0.3  # of the time, at most
 REHEAT_ITERATIONS, REHEAT_J = 1_000_000, (100.0, 60.0)
 LEAST_GAIN_J = 0.01
+_PATIENCE_S = 0.1
 MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
 
 
@@ -56,6 +59,7 @@ class LargeSearch:
     workers: int = 1
     best: Found = field(init=False, default_factory=lambda: Found("unknown", None, None, 0.0))
     bounds_j: dict[int, float] = field(init=False, default_factory=dict)
+    pace_s: float = field(init=False, default=0.0)  # what an iteration of annealing took last
 
     def run(self) -> Found:
         """Search until the gap is reached, nothing more is known to be tried, or the time is up."""
@@ -71,8 +75,9 @@ class LargeSearch:
             self.bounds_j[r] = single.found.bound_j
             singles.append(single)
         self._bounded()
-        compiling.join()
-        if all(single.found.selection is not None for single in singles):
+        while compiling.is_alive() and not self._done():  # a search without time does not wait for the compiler
+            compiling.join(_PATIENCE_S)
+        if not compiling.is_alive() and all(single.found.selection is not None for single in singles):
             annealer = Annealer(self.numbers, singles)
             self._anneal(annealer, began)
         if self.best.selection is not None:
@@ -84,6 +89,9 @@ class LargeSearch:
         until = began + SHARE_OF_ANNEALING * (self.limits.until - began)
         iterations, seed = FEWEST_ITERATIONS, self.limits.seed * 1000
         while not self._done() and (self.best.selection is None or monotonic() < until):
+            iterations = self._affordable(iterations)
+            if iterations < LEAST_ITERATIONS:
+                break
             for selection in self._runs(annealer, iterations, seed):
                 timing = timed(self.numbers, selection, self._within(10.0, 1e-3))
                 if timing is not None and timing.late_s <= LATE_S:
@@ -96,9 +104,25 @@ class LargeSearch:
     def _runs(self, annealer: Annealer, iterations: int, seed: int) -> Iterable[Selection]:
         seeds = range(seed, seed + self.workers)
         if self.executor is None:
-            return (annealer.run(iterations, one) for one in seeds)
-        task = _Run(self.numbers.cell, annealer.singles, iterations)
-        return self.executor.map(task, seeds)
+            for one in seeds:
+                with self._paced(iterations):
+                    selection = annealer.run(iterations, one)
+                yield selection
+            return
+        with self._paced(iterations):
+            found = list(self.executor.map(_Run(self.numbers.cell, annealer.singles, iterations), seeds))
+        yield from found
+
+    def _affordable(self, iterations: int) -> int:
+        """As many iterations as the time lasts for: a run of them cannot be stopped."""
+        left_s = max(self.limits.until - monotonic(), 0.0)
+        return iterations if self.pace_s * iterations <= left_s else int(left_s / self.pace_s)
+
+    @contextmanager
+    def _paced(self, iterations: int) -> Iterator[None]:
+        began = monotonic()
+        yield
+        self.pace_s = (monotonic() - began) / iterations
 
     def _improve(self, singles: list[Single], annealer: Annealer) -> None:
         """Neighbourhoods, with runs of annealing from the plan and bounds of single robots in between."""
@@ -113,6 +137,8 @@ class LargeSearch:
             if turn % 4 == 0 and next(tasks, None) is not None:
                 continue
             if turn % 4 in (1, 2) or around is None:
+                if self._affordable(REHEAT_ITERATIONS) < LEAST_ITERATIONS:
+                    break
                 if self._reheat(annealer, selection, timing, turn):
                     exhausted.clear()
                 elif around is None and turn > MOST_TURNS:
@@ -128,7 +154,9 @@ class LargeSearch:
     def _reheat(self, annealer: Annealer, selection: Selection, timing: Timing, turn: int) -> bool:
         """A run of annealing from the plan; whether it led to a better one."""
         hot = REHEAT_J[turn // 2 % len(REHEAT_J)]
-        found = annealer.rerun(selection, timing, REHEAT_ITERATIONS, self.limits.seed * 1000 + turn, hot)
+        iterations = self._affordable(REHEAT_ITERATIONS)
+        with self._paced(iterations):
+            found = annealer.rerun(selection, timing, iterations, self.limits.seed * 1000 + turn, hot)
         times = timed(self.numbers, found, self._within(10.0, 1e-3))
         if times is None or times.late_s > LATE_S or times.energy_j >= timing.energy_j - LEAST_GAIN_J:
             return False

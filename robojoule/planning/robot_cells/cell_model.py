@@ -6,13 +6,12 @@ the whole percents that a controller takes, near that plan, each a movement of i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.formats.robot_cell import RobotCell
 from robojoule.planning.robot_cells.shared_space import Pairs, arms_of, meeting_pairs, zone_pairs
@@ -114,20 +113,18 @@ class CellWork:
         self,
         variants: Variants,
         *,
-        modes: Collection[str] | None = None,
         apart: Pairs = (),
     ) -> Cell:
         """The cell with given movements.
 
         Args:
             variants: Energies of each motion that is allowed, by robot and motion.
-            modes: Names of the power modes that are allowed; all if None.
             apart: Choices beside those of the geometry that exclude each other.
 
         Raises:
             InputError: The cell is not consistent.
         """
-        robots = tuple(self._robot(r, work, variants, modes) for r, work in enumerate(self.works))
+        robots = tuple(self._robot(r, work, variants) for r, work in enumerate(self.works))
         known = _Known.of(robots, _names(self.works, variants))
         collisions = [
             Collision(Choice(one.activity, a), Choice(two.activity, b))
@@ -145,8 +142,8 @@ class CellWork:
             tuple(dict.fromkeys(collisions)),
         )
 
-    def _robot(self, r: int, work: RobotWork, variants: Variants, allowed: Collection[str] | None) -> CellRobot:
-        modes = [mode for mode in work.modes if allowed is None or mode.name in allowed]
+    def _robot(self, r: int, work: RobotWork, variants: Variants) -> CellRobot:
+        modes = work.modes
         used = [row for row in range(len(work.motions)) if variants.get((r, row))]
         static, dynamic = [], []
         for i, one in enumerate(work.standstills):
@@ -240,13 +237,3 @@ def _names(works: Sequence[RobotWork], variants: Variants) -> dict[tuple[str, st
         for r, work in enumerate(works)
         for row in range(len(work.motions))
     }
-
-
-def full_speed(variants: Variants) -> Variants:
-    """Each motion at its highest speed only."""
-
-    def fastest(profile: Profiles) -> Profiles:
-        first: Array = profile.durations_s[:1]
-        return PiecewiseLinearProfile(first, profile.energies_j[:1])
-
-    return {key: [(name, fastest(profile)) for name, profile in found] for key, found in variants.items()}

@@ -22,7 +22,7 @@ class RobotCellPlan:
         bound_j: Lower bound of the energy of every plan of the cell at any speed, if two robots whose ways come too
             close are never both on them; proven where profiles are simulated. [J]
         energy_given_j: Energy of the programs as given, each by itself and waiting at its end for the rest of the
-            cycle: robots that do not wait for each other, so what it takes less is no plan. [J]
+            cycle: robots that do not wait for each other, so what it takes less cannot be had. [J]
         profiles: Where the profiles of the search come from: simulated or predicted.
         runtime_s: How long planning took. [s]
         warnings: What to know before the plan is used, a sentence each.

@@ -47,7 +47,8 @@ def program_paths(cell: RobotCell, path: Path) -> tuple[Path, ...]:
     found: list[Path] = []
     for one in cell.robots:
         plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in one.name)
-        suffix = one.program.path.suffix if one.program.path is not None else ".yaml"
+        own = one.program.path if one.program.source is None else None  # a vendor's program cannot hold other targets
+        suffix = own.suffix if own is not None else ".yaml"
         file = path.with_name(f"{path.stem}.{plain}{suffix}")
         if file in found:
             file = path.with_name(f"{path.stem}.{plain}-{len(found) + 1}{suffix}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from time import monotonic
@@ -22,15 +22,18 @@ from robojoule.planning.robot_cells.cell_run import CellRun, simulate_cell
 from robojoule.planning.robot_cells.plan import RobotCellPlan
 from robojoule.planning.robot_cells.power import keep_apart, within_power
 from robojoule.planning.robot_cells.shared_space import Pairs
-from robojoule.planning.robot_cells.speeds import Runs, whole_runs
+from robojoule.planning.robot_cells.speeds import Runs, exact_runs, whole_runs
 from robojoule.planning.robot_cells.timeline import Timeline
 from robojoule.planning.robot_cells.written import written_programs
+from robojoule.programs.cell import Cell
 
 Source = Literal["simulated", "predicted"]
 TIME_LIMIT_S = 60.0
 GAP_PERCENT = 0.1
 _SHARE_OF_SPEEDS = 0.6  # of the time, for the plan on continuous speeds
 _SEARCH_SHARE = 0.2  # of the gap asked for that is left to each of the two searches
+_LEAST_S, _AFTER_STOP_S = 2.0, 10.0  # for the plan in whole percents, whatever is left, and after a stop
+NOT_WHOLE = "no plan in whole percents of speed was found in time: speed limits are exact, round none of them down"
 _MOST_CUTS = 60  # rounds in which activities are kept apart for their power
 
 
@@ -93,7 +96,6 @@ class Search:
         settings: Of `solve_cell`.
         time_limit_s: When it ends. [s]
         gap_percent: Gap at which it ends. [%]
-        modes: Names of the power modes that are allowed; all if None.
     """
 
     def __init__(
@@ -102,19 +104,24 @@ class Search:
         settings: dict[str, Any],
         time_limit_s: float = TIME_LIMIT_S,
         gap_percent: float = GAP_PERCENT,
-        modes: Collection[str] | None = None,
     ) -> None:
-        self.work, self.settings, self.modes = work, settings, modes
+        self.work, self.settings = work, settings
         self.time_limit_s, self.gap_percent = time_limit_s, gap_percent
 
     def run(self) -> RobotCellPlan:
         """Plan, write and simulate; the simulation says in `violations` what does not hold."""
         began = monotonic()
-        smooth_cell = self.work.cell_of(self.work.convex, modes=self.modes)
+        smooth_cell = self.work.cell_of(self.work.convex)
         searching = monotonic()
         smooth = self._solve(smooth_cell, _SHARE_OF_SPEEDS * self.time_limit_s)
-        runs, whole = self._whole(smooth, searching + self.time_limit_s)
-        programs, starts = written_programs(self.work, runs, whole)
+        warnings: tuple[str, ...] = ()
+        try:
+            runs, plan = self._whole(smooth, searching + self.time_limit_s)
+        except PlanningError:
+            if self.work.cell.peak_power_w is not None:
+                raise
+            runs, plan, warnings = exact_runs(self.work, smooth), smooth, (NOT_WHOLE,)
+        programs, starts = written_programs(self.work, runs, plan)
         run = simulate_cell(self.work.cell, programs, starts, self.work.arms)
         bound = min(smooth.bound_j + self.work.process_j, run.energy_j)
         near = run.energy_j - bound <= 0.01 * self.gap_percent * run.energy_j
@@ -127,11 +134,15 @@ class Search:
             sum(_waiting_j(line, self.work.cell.cycle_time_s) for line in given),
             self.work.profiles,
             monotonic() - began,
+            warnings,
         )
 
-    def _solve(self, cell: Any, seconds: float) -> CellPlan:
+    def _solve(self, cell: Cell, seconds: float) -> CellPlan:
+        settings = self.settings
+        if settings.get("stop") is not None and settings["stop"]():  # the best plan so far still has to be written
+            settings, seconds = {**settings, "stop": None}, min(seconds, _AFTER_STOP_S)
         gap = _SEARCH_SHARE * self.gap_percent
-        return solve_cell(cell, time_limit_s=max(seconds, 0.5), gap_percent=gap, **self.settings)
+        return solve_cell(cell, time_limit_s=max(seconds, _LEAST_S), gap_percent=gap, **settings)
 
     def _whole(self, smooth: CellPlan, until: float) -> tuple[Runs, CellPlan]:
         """The plan in whole percents: near the one on continuous speeds, further away from it where that has none."""
@@ -158,7 +169,7 @@ class Search:
         limit_w = self.work.cell.peak_power_w
         apart: Pairs = ()
         for _ in range(_MOST_CUTS):
-            plan = self._solve(self.work.cell_of(runs.variants, modes=self.modes, apart=apart), until - monotonic())
+            plan = self._solve(self.work.cell_of(runs.variants, apart=apart), until - monotonic())
             more = () if limit_w is None else keep_apart(self.work, runs, plan, limit_w)
             if not more:
                 return plan
@@ -177,7 +188,7 @@ def _waiting_j(line: Timeline, cycle_time_s: float) -> float:
 
 def _told(found: RobotCellPlan, cell: RobotCell, guard: Guard) -> RobotCellPlan:
     """The plan with its torques checked and everything to know about it."""
-    programs, runs, warnings = [], [], []
+    programs, runs, warnings = [], [], [*found.warnings]
     for placed, program, run in zip(cell.robots, found.programs, found.run.runs, strict=True):
         judged, known = guard.judged(run, program, placed.program, placed.robot)
         programs.append(program)

@@ -71,6 +71,24 @@ def whole_runs(work: CellWork, plan: CellPlan, *, wide: bool = False, slower: bo
     return Runs(variants, limits, peaks, rows)
 
 
+def exact_runs(work: CellWork, plan: CellPlan) -> Runs:
+    """The runs of a plan on convex profiles themselves, at speed limits that need not be whole percents."""
+    limits: dict[tuple[str, str], float] = {}
+    rows: dict[tuple[str, str], int] = {}
+    planned = {(step.activity, step.option): step.duration_s for step in plan.steps if step.mode is None}
+    for robot in work.works:
+        names = [(robot.activity(one.move), one.name) for one in robot.motions]
+        used = [row for row, name in enumerate(names) if name in planned]
+        part = robot.paths.subset(np.array(used))
+        low, high = (one[used] for one in robot.speed_range)
+        least = part.durations(high[:, None])[:, 0]
+        durations = np.maximum([planned[names[row]] for row in used], least)
+        exact = np.clip(part.speed_limits_for_durations(durations), low, high)
+        limits |= {names[row]: float(limit) for row, limit in zip(used, exact, strict=True)}
+        rows |= {names[row]: row for row in used}
+    return Runs({}, limits, {}, rows)
+
+
 def _tried(robot: RobotWork, rows: list[int], durations_s: np.ndarray, *, wide: bool, slower: bool) -> list[np.ndarray]:
     """Speed limits of each motion that are tried, the lowest first."""
     part = robot.paths.subset(np.array(rows))

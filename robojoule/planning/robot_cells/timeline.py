@@ -13,7 +13,8 @@ from robojoule.formats.program import Program
 from robojoule.formats.robot_cell import PlacedRobot
 from robojoule.motion.time_laws import PathLaw
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.cycle_run import CycleRun, closes, simulate_trees
+from robojoule.planning.cycle_run import CycleRun, simulate_trees
+from robojoule.planning.tree_motions import closes
 from robojoule.programs.operation_tree import MoveOperation, ProcessOperation
 from robojoule.programs.tree_check import in_model_angles
 from robojoule.robots.clearance import Courses, PlacedArm, TimedCourses

@@ -17,7 +17,7 @@ from robojoule.errors import InputError
 from robojoule.formats.robot_cell import GIVEN, PlacedRobot
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import speed_range
-from robojoule.planning.cycle_run import closes
+from robojoule.planning.tree_motions import check_single_moves, closes
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation
 from robojoule.programs.tree_check import in_model_angles
 from robojoule.robots.clearance import Courses
@@ -98,6 +98,7 @@ class RobotWork:
         self.name, self.robot = placed.name, placed.robot
         key = f"robot {placed.name}"
         self.tree: OperationTree = in_model_angles(placed.program.tree, placed.robot).without_plan()
+        check_single_moves(self.tree)
         if not closes(self.tree):
             raise InputError("the program ends elsewhere than it starts: the way back is not part of it", key=key)
         self.moves: tuple[MoveOperation, ...] = self.tree.moves()

@@ -6,7 +6,7 @@ import pytest
 
 from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
 from robojoule.planning.cells.solve import solve_cell
-from robojoule.programs.cell import Handover, TimeLag
+from robojoule.programs.cell import Choice, Collision, Handover, TimeLag
 from tests.planning.cells.cases import two_robots
 
 
@@ -39,8 +39,27 @@ def test_the_lags_are_named():
 
 
 def test_lags_that_contradict_each_other_are_told():
-    cell = replace(two_robots(), lags=(TimeLag("a1", "b1", 1.0, 0), TimeLag("b1", "a1", 1.0, 0)))
-    assert "contradict each other" in str(refusal(cell))
+    """Of four lags two go round in no time; only these are named."""
+    others = (TimeLag("a2", "b0", 0.5, 1), TimeLag("b0", "a2", 0.5, 1))
+    cell = replace(two_robots(), lags=(others[0], TimeLag("a1", "b1", 1.0, 0), others[1], TimeLag("b1", "a1", 1.0, 0)))
+    error = str(refusal(cell))
+    assert "between activities a1 and b1, b1 and a1 contradict each other" in error
+
+
+def test_a_cycle_time_that_is_enough_for_collisions_is_named():
+    """While one robot is away from a0 or b0 the other is not: both take turns."""
+    cell = two_robots(5.0)
+    options = [
+        [Choice(one.name, place.name) for one in robot.static if one.name != robot.last for place in one.locations]
+        + [Choice(one.name, movement.name) for one in robot.dynamic for movement in one.movements]
+        for robot in cell.robots
+    ]
+    pairs = tuple(Collision(a, b) for a in options[0] for b in options[1])
+    tight = replace(cell, collisions=pairs, lags=(), handovers=())
+    error = refusal(tight)
+    assert isinstance(error, CycleTimeTooShort)
+    assert "exclude each other" in str(error) and 5.0 < error.minimum_s < 7.6
+    assert solve_cell(replace(tight, cycle_time_s=error.minimum_s + 1e-6), gap_percent=50.0).energy_j > 0.0
 
 
 def test_robots_that_never_take_equally_long_are_told():
@@ -54,7 +73,7 @@ def test_robots_that_never_take_equally_long_are_told():
 
 def test_hand_overs_without_a_pair_are_told():
     cell = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
-    assert "hand-overs" in str(refusal(cell))
+    assert "hand-overs between activities a1 and b1 cannot" in str(refusal(cell))
 
 
 def test_a_search_without_time_says_that_it_found_nothing():

@@ -136,3 +136,13 @@ def test_a_stop_ends_it_at_once():
     begun = monotonic()
     LargeSearch(Numbering(two_robots()), Limits(until=monotonic() + 100, stop=lambda: True)).run()
     assert monotonic() - begun < 60
+
+
+def test_a_run_of_annealing_is_cut_to_the_time_that_is_left(numbers):
+    search = LargeSearch(numbers, Limits(until=monotonic() + 10.0))
+    assert search._affordable(50_000) == 50_000  # before anything is known
+    search.pace_s = 1e-3
+    assert 5_000 < search._affordable(50_000) <= 10_000
+    assert search._affordable(3_000) == 3_000
+    search.limits = Limits()
+    assert search._affordable(50_000) == 50_000

@@ -11,6 +11,7 @@ from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.plan import RobotCellPlan
 from robojoule.planning.robot_cells.solve import Search, plan_robot_cell
 
+LONG_S = 900.0  # searches end by their gap: a busy machine must not cut them
 EXAMPLES = Path(robojoule.__file__).parent / "examples"
 
 
@@ -31,9 +32,9 @@ def work_of_three() -> CellWork:
 
 @cache
 def plan_of_three() -> RobotCellPlan:
-    return plan_robot_cell(three(), time_limit_s=120.0)
+    return plan_robot_cell(three(), time_limit_s=LONG_S)
 
 
-def planned(cell: RobotCell, *, exclusive: bool, time_limit_s: float = 60.0) -> RobotCellPlan:
+def planned(cell: RobotCell, *, exclusive: bool, time_limit_s: float = LONG_S) -> RobotCellPlan:
     """A plan with or without what robots must keep apart from."""
     return Search(replace(CellWork.of(cell, 0.01), exclusive=exclusive), {}, time_limit_s, 1.0).run()

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from robojoule.documents import read_document, write_document
@@ -56,8 +57,6 @@ def other_place(operations):
     poses = {"given": given.program.moves[0].target_rad, **given.alternatives["to part"].poses_rad}
     now = operations[0]["target_deg"][1]
     operations[0].pop("target_deg")
-    import numpy as np
-
     other = [q for q in poses.values() if abs(np.degrees(q[1]) - now) > 1.0]
     operations[0]["target_rad"] = list(map(float, other[0]))
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import robojoule as rj
-from robojoule.errors import CycleTimeTooShort, InputError
+from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
 from robojoule.formats.robot_cell import Place
 from robojoule.planning.robot_cells.fidelity import pose_of
-from robojoule.planning.robot_cells.solve import plan_robot_cell
-from tests.planning.robot_cells.cases import plan_of_three, planned, six, three, work_of_three
+from robojoule.planning.robot_cells.solve import NOT_WHOLE, Search, plan_robot_cell
+from robojoule.planning.robot_cells.timeline import Timeline
+from tests.planning.robot_cells.cases import LONG_S, plan_of_three, planned, six, three, work_of_three
 
 
 def test_the_plan_of_three_robots_holds():
@@ -40,6 +41,18 @@ def test_each_program_by_itself_takes_what_the_plan_says():
     assert sum(run.energy_j for run in alone) == pytest.approx(plan.energy_j, rel=1e-9)
 
 
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_cell_of_one_robot_is_the_plan_of_that_robot(number):
+    """Oracle: the plan of a single robot, which has no model in common with that of cells."""
+    one = replace(three().robots[number], alternatives={})
+    alone = replace(three(), robots=(one,), handovers=(), zones=())
+    plan = plan_robot_cell(alone, time_limit_s=LONG_S)
+    single = rj.optimize(one.program, one.robot, cycle_time=three().cycle_time_s)
+    assert plan.energy_j == pytest.approx(single.energy_j, rel=1e-3)
+    assert plan.bound_j <= single.energy_j
+    assert plan.run.meetings == () and plan.to_dict()["clearance_m"] is None
+
+
 def test_without_the_shared_space_robots_collide():
     found = planned(three(), exclusive=False)
     assert found.run.clearance_m < 0.0
@@ -59,7 +72,7 @@ def test_six_robots_with_and_without_the_shared_space():
 def test_a_largest_power_is_kept():
     free = plan_of_three()
     limit_w = 0.93 * free.run.peak_power_sum_w
-    plan = plan_robot_cell(replace(three(), peak_power_w=limit_w), time_limit_s=120.0, gap_percent=1.0)
+    plan = plan_robot_cell(replace(three(), peak_power_w=limit_w), time_limit_s=LONG_S, gap_percent=1.0)
     assert plan.run.peak_power_sum_w <= limit_w < free.run.peak_power_sum_w
     assert plan.peak_power_w <= plan.run.peak_power_sum_w
     assert plan.energy_j >= free.bound_j
@@ -74,7 +87,7 @@ def test_a_cycle_that_is_too_short_is_refused_with_the_least_one():
 
 
 def test_predicted_profiles_give_a_plan_that_is_simulated():
-    plan = rj.optimize(three(), profiles="predicted", gap_percent=1.0)
+    plan = rj.optimize(three(), profiles="predicted", gap_percent=1.0, time_limit_s=LONG_S)
     assert plan.profiles == "predicted" and plan.run.violations == ()
     assert plan.energy_j >= plan_of_three().bound_j
     with pytest.raises(InputError, match="profiles"):
@@ -82,15 +95,38 @@ def test_predicted_profiles_give_a_plan_that_is_simulated():
 
 
 def test_equal_seeds_give_equal_plans():
-    again = plan_robot_cell(three(), time_limit_s=120.0)
+    again = plan_robot_cell(three(), time_limit_s=LONG_S)
     assert [one.tree for one in again.programs] == [one.tree for one in plan_of_three().programs]
     assert again.run.starts_s == plan_of_three().run.starts_s
 
 
+def test_a_stopped_search_gives_its_best_plan():
+    """The stop comes with the first plan of the search."""
+    seen: list[float] = []
+    plan = plan_robot_cell(
+        three(),
+        gap_percent=0.0,
+        time_limit_s=LONG_S,
+        progress=lambda at: seen.append(at.energy_j),
+        stop=lambda: any(np.isfinite(energy) for energy in seen),
+    )
+    assert plan.status == "feasible" and plan.run.violations == ()
+
+
+def test_a_plan_on_exact_speed_limits_holds_where_none_in_whole_percents_is_found(monkeypatch):
+    def nothing(*_, **__):
+        raise PlanningError("no time")
+
+    monkeypatch.setattr(Search, "_whole", nothing)
+    plan = plan_robot_cell(three(), time_limit_s=LONG_S, gap_percent=1.0)
+    assert NOT_WHOLE in plan.warnings and plan.run.violations == ()
+    limits = [move.speed_limit_percent for program in plan.programs for move in program.moves]
+    assert any(limit != round(limit) for limit in limits)
+    assert plan.energy_j == pytest.approx(plan_of_three().energy_j, rel=0.01)
+
+
 def test_power_over_time_integrates_to_the_energy():
     """Oracle: quadrature of the summed power over the cycle."""
-    from robojoule.planning.robot_cells.timeline import Timeline
-
     cell, plan = three(), plan_of_three()
     lines = [
         Timeline(one, program, start, cell.cycle_time_s)

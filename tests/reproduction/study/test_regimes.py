@@ -44,6 +44,7 @@ def params() -> StudyParams:
             payload_share=0.5, training_trees=3, test_trees=2, measured_motions=[0, 6]
         ),
         close_the_loop=load_study_params(ROOT / "studies/params.yaml").close_the_loop,
+        plan_cells=load_study_params(ROOT / "studies/params.yaml").plan_cells,
     )
 
 

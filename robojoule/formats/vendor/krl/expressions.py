@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 
 from lark import Token, Tree
 
-from robojoule.formats.vendor.krl.syntax import Line, Node
+from robojoule.formats.vendor.krl.geometry import joined
+from robojoule.formats.vendor.lines import Line, Node
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
 
 _MOST_DEPTH = 60
@@ -103,6 +104,9 @@ def value_of(node: Node | Token, line: Line, variables: Variables, depth: int = 
     if kind == "aggregate":
         pairs = [one for one in parts if isinstance(one, Tree)]
         return {str(one.children[0]).upper(): inner(one.children[-1]) for one in pairs}
+    if kind == "bits":
+        text = str(parts[0]).strip("'")
+        return Number(float(int(text[1:], 2 if text[0] in "Bb" else 16)), None, True) if _is_bits(text) else UNKNOWN
     if kind in ("string", "enum"):
         return str(parts[0]).upper() if kind == "enum" else str(parts[0])[1:-1]
     if kind in ("true", "false"):
@@ -118,6 +122,10 @@ def value_of(node: Node | Token, line: Line, variables: Variables, depth: int = 
     if kind.startswith("op_"):
         return _operation(kind, node, inner)
     return UNKNOWN
+
+
+def _is_bits(text: str) -> bool:
+    return text[0] in "Hh" or set(text[1:]) <= set("01")
 
 
 def arguments_of(node: Node) -> list[Node]:
@@ -144,6 +152,8 @@ def _operation(kind: str, node: Node, inner: Callable[[Node | Token], Value]) ->
     if kind == "op_div":
         both = isinstance(first, Number) and isinstance(second, Number) and first.is_whole and second.is_whole
         return computed(first, second, lambda a, b: float(int(a / b)) if both else a / b)
+    if kind == "op_join":
+        return joined(first, second) or UNKNOWN
     if kind == "op_compare":
         if isinstance(first, Number) and isinstance(second, Number):
             return _COMPARISONS[str(node.children[1])](first.value, second.value)

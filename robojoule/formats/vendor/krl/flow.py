@@ -9,7 +9,8 @@ from lark import Tree
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, Line, within
+from robojoule.formats.vendor.krl.syntax import Block, within
+from robojoule.formats.vendor.lines import Line, short
 from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 
@@ -190,9 +191,3 @@ class Flow(ABC):
 
 def _number(one: Line | Block) -> int:
     return one.head.number if isinstance(one, Block) else one.number
-
-
-def short(code: str) -> str:
-    """Code as messages show it."""
-    text = " ".join(code.split())
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robojoule.formats.vendor.krl.syntax import Line
+from robojoule.formats.vendor.lines import Line
 from robojoule.formats.vendor.text import Span
 
 _OPENS = re.compile(r";\s*FOLD\b\s*(.*)", re.IGNORECASE)

@@ -8,12 +8,21 @@ from dataclasses import dataclass, field
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave, short
-from robojoule.formats.vendor.krl.syntax import Line, Node, Routine
-from robojoule.formats.vendor.krl.targets import Frames, blend_of, speed_of, target_of
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
+from robojoule.formats.vendor.krl.syntax import Routine
+from robojoule.formats.vendor.krl.targets import (
+    Frames,
+    blend_of,
+    path_speed_of,
+    payload_of,
+    speed_of,
+    target_of,
+)
+from robojoule.formats.vendor.lines import Line, Node, first_word, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
 AXES = 6
@@ -26,14 +35,29 @@ class Setting:
     Attributes:
         line: Its line.
         percent: The speed that counted; None: it is not known. [%]
-        origins: Where it stands as a number, in all executions; None: nowhere.
         data: Where the velocity of its motion data stands, if it has any.
     """
 
     line: Line
     percent: float | None
-    origins: set[Span | None] = field(default_factory=set)
     data: set[Number] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Executed:
+    """One execution of a joint motion.
+
+    Attributes:
+        statement: First character of its statement.
+        set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
+        origin: Where that speed stands as a number; None: nowhere.
+        percent: That speed; None: it is not known. [%]
+    """
+
+    statement: int
+    set_by: int
+    origin: Span | None
+    percent: float | None
 
 
 class Machine(Flow):
@@ -43,7 +67,12 @@ class Machine(Flow):
         super().__init__()
         self.routines = {routine.name: routine for routine in routines}
         self.frames = frames
+        self.beside = frames.beside
+        self.carried: Payload | None = None
+        self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
+        self.executions: list[Executed] = []
+        self.sets = 0
         self.continues = False
         self.calls: list[str] = []
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
@@ -67,7 +96,7 @@ class Machine(Flow):
         """One line that opens no block."""
         tree = line.tree
         if tree is None:
-            if line.code:
+            if line.code and not line.code.startswith("&"):
                 self._not_understood(line)
             return
         continues, self.continues = self.continues, line.kind == "continue_"
@@ -92,7 +121,7 @@ class Machine(Flow):
             raise Leave("routine")
 
     def _not_understood(self, line: Line) -> None:
-        word = line.code.split("(")[0].split()[0].upper()
+        word = first_word(line.code).upper()
         if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
             self.unknown(line, f"the motion is not understood: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
@@ -109,6 +138,7 @@ class Machine(Flow):
         if first.data == "ref" and root_of(first) in ("$AXIS_ACT", "$POS_ACT"):
             return  # to where the robot is
         told = self._told(line, tree)
+        self._carry_by_tool(line)
         values = [value_of(one, line, self.variables) for one in expressions]
         label = "".join(
             line.code[one.meta.start_pos : one.meta.end_pos] for one in expressions[-1:] if one.data == "ref"
@@ -117,6 +147,8 @@ class Machine(Flow):
         target, reason = target_of(kind, values[-1], self.frames, label or "the target", "#TOOL" in line.code.upper())
         via = target_of(kind, values[0], self.frames, label, False)[0] if len(values) > 1 else None
         is_joint = "PTP" in kind
+        if any(True for _ in tree.find_data("angle")):
+            target, reason = None, "the angle CA is not followed"
         vel = told.get("$VEL_AXIS[1]") if "$VEL_AXIS[1]" in told else None
         axes = (
             [vel]
@@ -124,10 +156,14 @@ class Machine(Flow):
             else [self.variables.values.get(f"$VEL_AXIS[{axis}]") for axis in range(1, AXES + 1)]
         )
         speed, origin = speed_of(axes)
+        if not is_joint:
+            speed = path_speed_of(told, self.variables)
         if is_joint:
             setting = self.settings.setdefault(line.code_start, Setting(line, speed.percent))
             setting.percent = speed.percent
-            setting.origins.add(origin)
+            own = vel is not None
+            set_by = -len(self.executions) - 1 if own else self.sets
+            self.executions.append(Executed(line.code_start, set_by, origin, speed.percent))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
@@ -159,6 +195,8 @@ class Machine(Flow):
             value = inner[0] if inner else UNKNOWN
             if path[0].startswith("$VEL_AXIS["):
                 told["$VEL_AXIS[1]"] = value if name == "SVEL_JOINT" else value_of(node, line, self.variables)
+            elif path[0] == "$VEL" and name == "SVEL_CP":
+                told["$VEL.CP"] = value
             elif name == "STOOL2":
                 self.frames.set_tool(value.get("TOOL_NO") if isinstance(value, Mapping) else UNKNOWN)
             elif name == "SBASE":
@@ -200,12 +238,13 @@ class Machine(Flow):
             return
         self.variables.set(path, value)
         root = path[0]
+        self.sets += root.startswith("$VEL_AXIS[")
         if root in ("$TOOL", "$BASE"):
             self._frame(root, expression, value, line)
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
             self.frames.define(root, self.variables.values[root])
-        elif root == "$LOAD" or root.startswith("$LOAD."):
-            self.events.append(Load(line.number, None, short(line.code)))
+        elif root == "$LOAD":
+            self._carry(line, payload_of(self.variables.values[root]), short(line.code))
         elif root.startswith(("$OUT", "$ANOUT")) and not continues:
             self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
@@ -216,6 +255,22 @@ class Machine(Flow):
             else None
         )
         self.frames.present(root, path[0] if path else "", self.variables.values[root] if path is None else value)
+
+    def _carry(self, line: Line, payload: Payload | None, what: str) -> None:
+        """What the robot carries, as far as that is news."""
+        if payload != self.carried:
+            self.carried = payload
+            self.events.append(Load(line.number, payload, what))
+
+    def _carry_by_tool(self, line: Line) -> None:
+        """The load that belongs to the present tool's number, if its figures are known, where the tool was set."""
+        if self.tool_settings == self.frames.tool_settings:
+            return
+        self.tool_settings = self.frames.tool_settings
+        which = self.frames.tool_number
+        payload = payload_of(self.variables.values.get(f"LOAD_DATA[{which}]")) or self.beside.payloads.get(which)
+        if payload is not None:
+            self._carry(line, payload, f"LOAD_DATA[{which}]")
 
     def _declare(self, line: Line, tree: Node) -> None:
         for one in tree.find_data("declarator"):
@@ -245,7 +300,7 @@ class Machine(Flow):
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
-        elif name not in HARMLESS:
+        elif name not in HARMLESS and name not in self.frames.beside.still:
             self.unknown(line, f"{name}() is not in this file, it may move the robot")
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
@@ -260,14 +315,20 @@ class Machine(Flow):
             self.set_speed(value)
         elif word == "#PTP_DAT":
             self.set_speed(data.get("VEL", UNKNOWN) if isinstance(data, Mapping) else UNKNOWN)
+        elif word in ("#VEL_CP", "#CP_PARAMS"):
+            self.variables.set(("$VEL", "CP"), value)
+        elif word == "#ACC_CP":
+            self.variables.set(("$ACC", "CP"), value)
+        elif word == "#CP_DAT":
+            path = self.variables.values.get("LDAT_ACT")
+            self.variables.set(("$VEL", "CP"), path.get("VEL", UNKNOWN) if isinstance(path, Mapping) else UNKNOWN)
         if word in ("#PTP_PARAMS", "#PTP_DAT", "#CP_PARAMS", "#CP_DAT"):
             acting = data if "PTP" in word else self.variables.values.get("LDAT_ACT")
             distance = acting.get("APO_DIST", UNKNOWN) if isinstance(acting, Mapping) else UNKNOWN
             self.variables.set(("$APO", "CPTP"), distance)
             self.variables.set(("$APO", "CDIS"), distance)
         if word in ("#FRAMES", "#PTP_PARAMS", "#CP_PARAMS") and isinstance(frame, Mapping):
-            self.frames.set_tool(frame.get("TOOL_NO"))
-            self.frames.set_base(frame.get("BASE_NO"))
+            self.frames.take(frame)
         elif word == "#TOOL":
             self.frames.set_tool(value)
         elif word == "#BASE":
@@ -275,5 +336,6 @@ class Machine(Flow):
 
     def set_speed(self, value: Value) -> None:
         """See `Flow`."""
+        self.sets += 1
         for axis in range(1, AXES + 1):
             self.variables.values[f"$VEL_AXIS[{axis}]"] = value

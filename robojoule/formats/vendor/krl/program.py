@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in
 from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
-from robojoule.formats.vendor.krl.syntax import Line, read_lines, routines
+from robojoule.formats.vendor.krl.syntax import read_lines, routines
 from robojoule.formats.vendor.krl.targets import Frames
+from robojoule.formats.vendor.lines import Line
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
 from robojoule.formats.vendor.trace import Beside, Trace, Wish
 
 
 class KrlProgram:
     """A parsed KRL program; see `robojoule.formats.vendor.trace.VendorProgram`."""
+
+    wait_step_s = 1e-6
 
     def __init__(self, sources: tuple[SourceText, ...]) -> None:
         self.sources = sources
@@ -47,32 +50,31 @@ class KrlProgram:
         return {line.code_start: line for line in self.lines[0] if line.kind == "motion"}
 
     def speed_edits(self, wishes: Mapping[int, Wish]) -> list[Edit]:
-        """See `robojoule.formats.vendor.trace.VendorProgram`."""
+        """See `robojoule.formats.vendor.trace.VendorProgram`.
+
+        A number is changed where it stands, as far as it sets the speed of the first motion that takes it. Where
+        motions that share it need other speeds, a line before them sets these. What sets the speed of motions that
+        plans do not reach, or that run at several speeds, is left alone: then a line behind a motion sets it back.
+        """
         if not wishes:
             return []
         assert self._machine is not None
-        settings = self._machine.settings
-        sharing: dict[Span | None, set[int]] = defaultdict(set)
-        for statement, setting in settings.items():
-            for origin in setting.origins:
-                sharing[origin].add(statement)
+        settings, executions = self._machine.settings, self._machine.executions
+        wanted = {one: wishes[one].percent if one in wishes else setting.percent for one, setting in settings.items()}
         edits: dict[Span, Edit] = {}
-        inserted: set[int] = set()
-        for statement in sorted(wishes):
-            (origin, *more) = settings[statement].origins
-            group = sharing[origin]
-            wanted = {wishes[one].percent if one in wishes else None for one in group}
-            if origin is not None and not more and len(wanted) == 1 and not self._others(origin):
-                edits[origin] = Edit(origin, self._number(origin, wishes[statement].percent))
-            else:
-                inserted |= {one for shared in settings[statement].origins for one in sharing[shared]}
-        for statement in sorted(inserted):
-            if (origin := self._next_to(statement)) is not None:
-                if statement in wishes:
-                    edits[origin] = Edit(origin, self._number(origin, wishes[statement].percent))
+        in_force: dict[int, float | None] = {}
+        first: dict[Span, int] = {}
+        untouched = {one.origin for one in executions if one.set_by in self._protected}
+        for one in executions:
+            if one.origin is None or one.origin in untouched:
+                in_force.setdefault(one.set_by, one.percent)
                 continue
-            percent = wishes[statement].percent if statement in wishes else settings[statement].percent
-            if percent is not None:
+            taker = first.setdefault(one.origin, one.statement)
+            in_force.setdefault(one.set_by, wanted[taker])
+            if taker in wishes:
+                edits[one.origin] = Edit(one.origin, self._number(one.origin, wishes[taker].percent))
+        for statement in self._to_insert(in_force, wanted):
+            if (percent := wanted[statement]) is not None:
                 edits |= {edit.span: edit for edit in self._insertions(statement, percent)}
         for statement, wish in wishes.items():
             for span in self._told_speeds(statement):
@@ -80,28 +82,56 @@ class KrlProgram:
         edits |= self._data_edits(wishes, settings)
         return list(edits.values())
 
-    def _next_to(self, statement: int) -> Span | None:
-        """The number that sets a statement's speed, if it stands before it with nothing but settings between."""
+    def _to_insert(self, in_force: Mapping[int, float | None], wanted: Mapping[int, float | None]) -> list[int]:
+        """Motions before which a line must set the speed, by their order in the text."""
         assert self._machine is not None
-        (origin, *more) = self._machine.settings[statement].origins
-        if origin is None or more or origin.file != 0:
-            return None
-        first, last = self.sources[0].line(origin.start), self._motions[statement].number
-        between = self.lines[0][first : last - 1]
-        plain = ("", "assignment", "declaration", "call_line", "wait_sec", "wait_for")
-        return origin if first <= last and all(line.kind in plain for line in between) else None
+        found: set[int] = set()
+        while True:
+            before, now = len(found), dict(in_force)
+            for one in self._machine.executions:
+                if one.statement in self._changing:
+                    continue
+                if one.statement not in found and now[one.set_by] != wanted[one.statement]:
+                    found.add(one.statement)
+                if one.statement in found and not self._is_set_back(one.statement):
+                    now[one.set_by] = wanted[one.statement]
+            if len(found) == before:
+                return sorted(found)
 
-    def _others(self, origin: Span) -> bool:
-        """Whether motions that did not run might take their speed from a number, too."""
+    @cached_property
+    def _changing(self) -> frozenset[int]:
+        """Motions that run at several speeds."""
+        assert self._machine is not None
+        speeds: dict[int, set[float | None]] = defaultdict(set)
+        for one in self._machine.executions:
+            speeds[one.statement].add(one.percent)
+        return frozenset(statement for statement, found in speeds.items() if len(found) > 1)
+
+    @cached_property
+    def _protected(self) -> frozenset[int]:
+        """Settings that must stay: of motions that run at several speeds, or maybe of motions that did not run."""
+        assert self._machine is not None
+        found = set()
+        for one in self._machine.executions:
+            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin))
+            if one.statement in self._changing or (self._has_bystanders and not own):
+                found.add(one.set_by)
+        return frozenset(found)
+
+    def _is_set_back(self, statement: int) -> bool:
+        """Whether a line that sets a motion's speed is followed by one that sets it back."""
+        assert self._machine is not None
+        return any(one.statement == statement and one.set_by in self._protected for one in self._machine.executions)
+
+    @cached_property
+    def _has_bystanders(self) -> bool:
+        """Whether motions that did not run may take their speed from the same settings as those that did."""
         assert self._machine is not None
         ran = self._machine.settings.keys()
-        line = self.sources[origin.file].line(origin.start)
-        own = [one for one in self._motions.values() if one.number >= line]
-        is_own_line = any(one.number == line for one in own)
-        others = [one for one in own if one.code_start not in ran and "PTP" in one.code.upper()[:4]]
-        return bool(others) and not is_own_line and not self._is_in_fold(origin)
+        others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]
+        return any("PTP" in line.code.upper()[:4] and "$VEL_AXIS" not in line.code.upper() for line in others)
 
-    def _is_in_fold(self, origin: Span) -> bool:
+    def _in_fold(self, origin: Span) -> bool:
         """Whether a number belongs to one motion's fold."""
         line = self.sources[origin.file].line(origin.start) - 1
         return origin.file == 0 and any(fold.first <= line <= fold.last for fold in self._folds.values())
@@ -109,17 +139,27 @@ class KrlProgram:
     def _number(self, span: Span, percent: float) -> str:
         """A number with as many decimals as the one that it replaces, if that says it."""
         old = self.sources[span.file].text[span.start : span.end]
-        plain = f"{percent:.6f}".rstrip("0").rstrip(".")
+        plain = _plain(percent)
         decimals = len(old.partition(".")[2]) if "E" not in old.upper() else 0
         fixed = f"{percent:.{decimals}f}"
         return fixed if float(fixed) == float(plain) else plain
 
     def _insertions(self, statement: int, percent: float) -> list[Edit]:
-        """A line before a motion that sets the speed of axes."""
-        line = self._motions[statement]
+        """A line before a motion that sets the speed of axes, and one behind it where others need what was before."""
+        assert self._machine is not None
+        line, end = self._motions[statement], self.sources[0].line_end
+        edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{_plain(percent)}){end}")]
+        before = self._machine.settings[statement].percent
+        if self._is_set_back(statement) and before is not None:
+            text = f"{line.indent}BAS(#VEL_PTP,{_plain(before)})"
+            edits.append(self._behind(line, text))
+        return edits
+
+    def _behind(self, line: Line, text: str) -> Edit:
+        """A further line behind a line; the last one of a file may have no end."""
         end = self.sources[0].line_end
-        value = f"{percent:.6f}".rstrip("0").rstrip(".")
-        return [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{value}){end}")]
+        is_cut = line.end == line.start + len(line.text)
+        return Edit(Span(line.end, line.end), f"{end}{text}" if is_cut else f"{text}{end}")
 
     def _told_speeds(self, statement: int) -> list[Span]:
         fold = self._folds.get(statement)
@@ -135,7 +175,9 @@ class KrlProgram:
                     users[number.origin].add(statement)
                     values[number.origin] = number.value
         found = {}
-        for span, statements in users.items():
+        for span, all_users in users.items():
+            # A plain motion behind a fold finds that fold's data still named, but goes by the speed that was set.
+            statements = {one for one in all_users if one in self._folds} or all_users
             wanted = {wishes[one].percent if one in wishes else None for one in statements}
             in_step = all(settings[one].percent == values[span] for one in statements)
             if in_step and len(wanted) == 1 and (percent := wanted.pop()) is not None:
@@ -150,13 +192,20 @@ class KrlProgram:
         text = f"{first.indent}WAIT SEC {self.wait_text(seconds)} {ADDED}: wait added by a plan"
         if before:
             return Edit(Span(first.start, first.start), f"{text}{source.line_end}")
-        is_cut = last.end == last.start + len(last.text)  # the last line of a file may have no end
-        return Edit(Span(last.end, last.end), f"{source.line_end}{text}" if is_cut else f"{text}{source.line_end}")
+        return self._behind(last, text)
 
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
         whole, _, part = f"{seconds:.6f}".rstrip("0").partition(".")
         return f"{whole}.{part or '0'}"
+
+    def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
+        return tuple(texts)
+
+
+def _plain(percent: float) -> str:
+    return f"{percent:.6f}".rstrip("0").rstrip(".")
 
 
 def read_krl(path: Path) -> KrlProgram:

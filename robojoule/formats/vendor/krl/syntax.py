@@ -7,61 +7,16 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from lark import Lark, Token, Tree
+from lark import Lark, Token
 from lark.exceptions import LarkError
 
-from robojoule.formats.vendor.text import SourceText, Span, lines_of
+from robojoule.formats.vendor.lines import Line, Node, lines_in
+from robojoule.formats.vendor.text import SourceText
 
-Node = Tree[Token]
 _OPENING = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "repeat": "until", "loop": "endloop"}
 _OPENING |= {"switch": "endswitch", "spline": "endspline"}
 _DIVIDING = {"else_": "if_", "case": "switch", "default": "switch"}
 _DEEPEST = 100  # blocks within each other
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """One line.
-
-    Attributes:
-        number: Its number, from 1 on.
-        start: Its first character in the file.
-        end: The first one of the next line.
-        text: The line without its end.
-        code: Its code without white space around it; empty where there is none.
-        code_start: First character of the code in the file.
-        comment: What stands behind `;`, with it.
-        tree: The parsed code; None: there is none, or it was not understood.
-        file: 0 for the .src, 1 for the .dat.
-    """
-
-    number: int
-    start: int
-    end: int
-    text: str
-    code: str
-    code_start: int
-    comment: str
-    tree: Node | None
-    file: int
-
-    @property
-    def kind(self) -> str:
-        """What the line is: the rule of the grammar."""
-        return str(self.tree.data) if self.tree is not None else ""
-
-    @property
-    def indent(self) -> str:
-        """White space before it."""
-        return self.text[: len(self.text) - len(self.text.lstrip())]
-
-    def span(self, node: Token | Node) -> Span:
-        """Where a part of the code stands in the file."""
-        if isinstance(node, Token):
-            first, last = node.start_pos or 0, node.end_pos or 0
-        else:
-            first, last = node.meta.start_pos, node.meta.end_pos
-        return Span(self.code_start + first, self.code_start + last, self.file)
 
 
 @dataclass(eq=False)
@@ -119,36 +74,12 @@ def _grammar() -> Lark:
 
 def read_lines(source: SourceText, file: int) -> list[Line]:
     """The lines of a file."""
-    found, start = [], 0
-    for number, raw in enumerate(lines_of(source.text), start=1):
-        text = raw.rstrip("\r\n")
-        found.append(_line(number, start, start + len(raw), text, file))
-        start += len(raw)
-    return found
-
-
-def _line(number: int, start: int, end: int, text: str, file: int) -> Line:
-    split = _comment_start(text)
-    code = text[:split].strip().lstrip("\ufeff")
-    code_start = start + (text.index(code) if code else 0)
-    tree = None if not code or code.startswith("&") else _parsed(code)
-    return Line(
-        number, start, end, text, code if not code.startswith("&") else "", code_start, text[split:], tree, file
-    )
-
-
-def _comment_start(text: str) -> int:
-    """Where the comment of a line begins: at the first `;` outside of texts."""
-    quoted = False
-    for place, letter in enumerate(text):
-        if letter == '"':
-            quoted = not quoted
-        elif letter == ";" and not quoted:
-            return place
-    return len(text)
+    return lines_in(source, file, ";", _parsed)
 
 
 def _parsed(code: str) -> Node | None:
+    if code.startswith("&"):  # what the controller notes of a file
+        return None
     try:
         return _grammar().parse(code)
     except (LarkError, RecursionError):

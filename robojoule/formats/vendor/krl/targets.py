@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables
+from robojoule.formats.vendor.krl.geometry import frame_of
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, PoseTarget, Speed
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number, numbers
+from robojoule.formats.vendor.values import Number, Value, number, numbers
+from robojoule.robots.arm_configuration import StatusAndTurn
 from robojoule.robots.rigid_body import Placement
+from robojoule.robots.robot import Payload
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
@@ -26,6 +30,8 @@ class Frames:
         self.base: Placement | None = beside.base
         self.tool_name = "the tool"
         self.base_name = "the base"
+        self.tool_number = ""
+        self.tool_settings = 0
 
     def reset(self) -> None:
         """As after BAS(#INITMOV, 0): the flange in the robot's own base frame."""
@@ -38,6 +44,9 @@ class Frames:
 
     def set_tool(self, value: Value) -> None:
         """Tool by its number."""
+        which = number(value)
+        self.tool_settings += 1
+        self.tool_number = "" if which is None else f"{which:g}"
         self.tool, self.tool_name = self._numbered("TOOL_DATA", value, self.beside.tools, self.beside.tool)
 
     def set_base(self, value: Value) -> None:
@@ -73,19 +82,36 @@ class Frames:
         else:
             self.base, self.base_name = frame or self.beside.base, name or "$BASE"
 
+    def take(self, data: Mapping[str, Value]) -> None:
+        """Tool and base of motion data; on a tool that stands beside the robot, neither is known."""
+        if data.get("IPO_FRAME") == "#TCP":
+            self.tool, self.tool_name = None, "the tool beside the robot"
+            return
+        self.set_tool(data.get("TOOL_NO"))
+        self.set_base(data.get("BASE_NO"))
+
     def unknown(self) -> str:
         """What is not known of tool and base, for messages."""
         missing = [(self.tool, self.tool_name), (self.base, self.base_name)]
         return " and ".join(name for frame, name in missing if frame is None)
 
 
-def frame_of(value: Value) -> Placement | None:
-    """A FRAME as a placement; None where it is not known."""
-    found = numbers(value, "X", "Y", "Z", "A", "B", "C") if isinstance(value, Mapping) else None
-    if found is None:
+def payload_of(value: Value) -> Payload | None:
+    """A LOAD: mass in kg, centre of mass on the flange in mm, inertia in kg m2; None where it is not known."""
+    mass = number(value.get("M")) if isinstance(value, Mapping) else None
+    if mass is None or mass < 0.0:
         return None
-    x, y, z, a, b, c = (one or 0.0 for one in found)
-    return Placement.of((x / 1e3, y / 1e3, z / 1e3), (math.radians(c), math.radians(b), math.radians(a)))
+    center, inertia = value.get("CM"), value.get("J")
+    place = numbers(center, "X", "Y", "Z") if isinstance(center, Mapping) else (0.0, 0.0, 0.0)
+    about = numbers(inertia, "X", "Y", "Z") if isinstance(inertia, Mapping) else (0.0, 0.0, 0.0)
+    if place is None or about is None:
+        return None
+    x, y, z = ((one or 0.0) / 1e3 for one in place)
+    moments = tuple(one or 0.0 for one in about)
+    try:
+        return Payload(mass, (x, y, z), moments if any(moments) else None)
+    except InputError:
+        return None
 
 
 def target_of(
@@ -93,7 +119,8 @@ def target_of(
 ) -> tuple[JointTarget | PoseTarget | None, str]:
     """Where a motion ends, or why that is not known."""
     if not isinstance(value, Mapping):
-        return None, f"{what} is not in the program's files"
+        known = frames.beside.positions_rad.get(what.upper())
+        return (None, f"{what} is not in the program's files") if known is None else (JointTarget(known), "")
     relative = kind.endswith("_REL")
     outer = numbers(value, *EXTERNAL_NAMES)
     external = {} if outer is None else {n: v for n, v in zip(EXTERNAL_NAMES, outer, strict=True) if v is not None}
@@ -108,7 +135,28 @@ def target_of(
         return None, f"{what} is computed while the program runs"
     if set(turn) != {None} and None in turn:
         return None, f"{what} gives a part of an orientation only"
-    return PoseTarget((None, None, None), None, unknown=frames.unknown()), ""
+    rotation = None
+    if None not in turn:
+        a, b, c = (math.radians(value) for value in turn if value is not None)
+        rotation = Placement.of((0.0, 0.0, 0.0), (c, b, a)).rotation
+        if relative and any(turn):
+            return None, f"{what} turns the tool relative to where it is"
+    x, y, z = (None if value is None else value / 1e3 for value in place)
+    bits = numbers(value, "S", "T")
+    status, ways = bits if bits is not None else (None, None)
+    return (
+        PoseTarget(
+            (x, y, z),
+            None if relative else rotation,
+            tool=frames.tool,
+            base=frames.base,
+            configuration=None if status is None else StatusAndTurn(int(status), None if ways is None else int(ways)),
+            relative=("tool" if in_tool else "base") if relative else "",
+            external=external,
+            unknown=frames.unknown(),
+        ),
+        "",
+    )
 
 
 def speed_of(axes: list[Value]) -> tuple[Speed, Span | None]:
@@ -126,6 +174,19 @@ def speed_of(axes: list[Value]) -> tuple[Speed, Span | None]:
     return Speed(percent=percent), origins.pop() if len(origins) == 1 else None
 
 
+def path_speed_of(told: Mapping[str, Value], variables: Variables) -> Speed:
+    """Speed of a motion of the tool along a path: m/s, m/s2, degrees/s."""
+    speed = number(told["$VEL.CP"]) if "$VEL.CP" in told else number(variables.get(("$VEL", "CP")))
+    acceleration = number(variables.get(("$ACC", "CP")))
+    turn = number(variables.get(("$VEL", "ORI1")))
+    return Speed(
+        tool_m_s=speed,
+        tool_m_s2=acceleration if acceleration and acceleration > 0.0 else None,
+        tool_rad_s=math.radians(turn) if turn and turn > 0.0 else None,
+        writable=False,
+    )
+
+
 def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], variables: Variables) -> Blend | None:
     """How a motion is blended; None: it stops at its target."""
     if not words:
@@ -140,6 +201,3 @@ def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], var
     if distance is None:
         return Blend(share=DEFAULT_BLEND_SHARE)
     return Blend(share=min(distance / 100.0, 1.0)) if in_percent else Blend(radius_m=distance / 1e3)
-
-
-__all__ = ["UNKNOWN", "Frames", "blend_of", "frame_of", "speed_of", "target_of"]

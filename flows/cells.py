@@ -1,0 +1,137 @@
+"""Plans of large cells with seeds on Prefect's task runners, Dask's and Ray's. `python -m flows.cells --help`.
+
+The search takes any executor of `concurrent.futures`; this one makes a task of a runner of every call.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from prefect import flow, task
+from prefect.cache_policies import NO_CACHE
+from prefect.context import FlowRunContext
+from prefect.futures import PrefectFuture
+
+from flows.scale import RUNNERS, task_runner
+from flows.server import prefect_server
+from reproduction.layout import Layout
+from robojoule.errors import InputError, RobojouleError
+from robojoule.formats.cells import load_cells
+from robojoule.planning.cells.plan import CellPlan
+from robojoule.planning.cells.plan_files import write_plans
+from robojoule.planning.cells.solve import GAP_PERCENT, TIME_LIMIT_S, solve_cell
+from robojoule.programs.cell import Cell
+
+
+@task(cache_policy=NO_CACHE, persist_result=False)
+def call(function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    """Call a function."""
+    return function(*arguments, **named)
+
+
+class TaskExecutor(Executor):
+    """An executor whose calls are tasks on the runner of the flow in which it is used.
+
+    Raises:
+        RobojouleError: It is made outside of a flow.
+    """
+
+    def __init__(self) -> None:
+        if FlowRunContext.get() is None:
+            raise RobojouleError("tasks are executed within a flow only")
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """See `concurrent.futures.Executor`."""
+        future: Future[Any] = Future()
+        future.set_running_or_notify_cancel()
+        Thread(target=_await, args=(call.submit(fn, args, kwargs), future), daemon=True).start()
+        return future
+
+
+def _await(started: PrefectFuture[Any], future: Future[Any]) -> None:
+    try:
+        future.set_result(started.result())
+    except BaseException as error:  # what the call raised goes to who asks for its result
+        future.set_exception(error)
+
+
+@flow(name="plan-cell", persist_result=False)
+def search(cell: Cell, time_limit_s: float, gap_percent: float, seeds: int, seed: int) -> CellPlan:
+    """Plan a cell with some seeds at once on this flow's task runner."""
+    return solve_cell(
+        cell, time_limit_s=time_limit_s, gap_percent=gap_percent, threads=seeds, seed=seed, executor=TaskExecutor()
+    )
+
+
+def plan_cell(
+    cell: Cell,
+    *,
+    time_limit_s: float = TIME_LIMIT_S,
+    gap_percent: float = GAP_PERCENT,
+    seeds: int = 2,
+    seed: int = 0,
+    runner: str = "processes",
+    address: str | None = None,
+) -> CellPlan:
+    """Plan a cell with some seeds at once.
+
+    Args:
+        cell: The cell.
+        time_limit_s: See `robojoule.planning.cells.solve.solve_cell`. [s]
+        gap_percent: See there. [%]
+        seeds: Number of seeds at once, and of processes or threads here.
+        seed: First of them.
+        runner: Task runner: processes, threads, dask or ray.
+        address: Address of a Dask or Ray cluster; a temporary one on this machine if not given.
+
+    Raises:
+        InputError: Bad runner, or see `solve_cell`.
+    """
+    tasks = task_runner(runner, seeds, address)
+    chosen = search.with_options(task_runner=tasks)
+    return chosen(cell, time_limit_s, gap_percent, seeds, seed)
+
+
+def main() -> None:
+    """Plan the cells of a file from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m flows.cells", description=__doc__.splitlines()[0])
+    parser.add_argument("cell", type=Path, metavar="FILE", help="cell file or published benchmark")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="write the plans here (.json, .csv)")
+    parser.add_argument("--time-limit", type=float, default=TIME_LIMIT_S, metavar="S", help="of each cell [s]")
+    parser.add_argument("--gap", type=float, default=GAP_PERCENT, metavar="PERCENT", help="at which to end [%%]")
+    parser.add_argument("--seeds", type=int, default=os.cpu_count() or 1, metavar="N", help="seeds at once")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the first one (default: 0)")
+    parser.add_argument("--runner", default="processes", help=f"task runner: {', '.join(RUNNERS)} (default: processes)")
+    parser.add_argument("--address", help="address of a Dask or Ray cluster")
+    arguments = parser.parse_args()
+    try:
+        cells = [cell for cell in load_cells(arguments.cell) if isinstance(cell, Cell)]
+        task_runner(arguments.runner, arguments.seeds, arguments.address)  # refused before a server is started
+        with prefect_server(Layout()):
+            plans = [
+                plan_cell(
+                    cell,
+                    time_limit_s=arguments.time_limit,
+                    gap_percent=arguments.gap,
+                    seeds=arguments.seeds,
+                    seed=arguments.seed,
+                    runner=arguments.runner,
+                    address=arguments.address,
+                )
+                for cell in cells
+            ]
+        write_plans(plans, arguments.out)
+    except RobojouleError as error:
+        print(f"flows.cells: {error}", file=sys.stderr)
+        raise SystemExit(2 if isinstance(error, InputError) else 1) from None
+
+
+if __name__ == "__main__":
+    main()

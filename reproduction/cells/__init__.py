@@ -1,0 +1,1 @@
+"""What it brings to plan the robots of a cell together."""

@@ -1,0 +1,1 @@
+"""FANUC's teach pendant programs as text (.ls)."""

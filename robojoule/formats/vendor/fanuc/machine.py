@@ -1,0 +1,399 @@
+"""Running a teach pendant program as far as constants reach."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from lark import Token, Tree
+
+from robojoule.errors import InputError
+from robojoule.formats.vendor.fanuc.labels import endless_labels, label_of, plain_label, repeated_labels
+from robojoule.formats.vendor.fanuc.positions import Frames, Position
+from robojoule.formats.vendor.fanuc.registers import Registers, index_of
+from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
+from robojoule.formats.vendor.lines import short
+from robojoule.formats.vendor.text import Span
+from robojoule.formats.vendor.trace import (
+    Beside,
+    Blend,
+    CycleStart,
+    Event,
+    JointTarget,
+    Kind,
+    Load,
+    Motion,
+    Note,
+    PoseTarget,
+    Speed,
+    Unknown,
+    Wait,
+)
+
+_TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
+_SECONDS = {"sec": 1.0, "msec": 1e-3}
+ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
+_DEEPEST_CALLS = 20
+MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
+_KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
+# First words of instructions that move nothing; every other one may be a macro.
+_HARMLESS = {"ARC", "COL", "COLLISION", "ELSE", "ENDIF", "ENDFOR", "FORCE", "LOCK", "MESSAGE", "OFFSET", "PAYLOAD"}
+_HARMLESS |= {"PULSE", "RSR", "SKIP", "SPOT", "TC_ONLINE", "TOOL_OFFSET", "TRACK", "UALM", "UNLOCK", "VOFFSET", "WEAVE"}
+_HARMLESS |= {"WELD", "TIME", "DISTANCE", "STOP", "RESUME", "SYNC", "LBL", "MONITOR", "DEPARTURE", "FLG", "VISION"}
+_MODAL = {"OVERRIDE": "speeds of the program are shares of it", "JOINT_MAX_SPEED": "it bounds speeds"}
+
+
+# The instructions of another program, by its name; None: it is not there.
+Find = Callable[[str], Sequence[Instruction | Block] | None]
+
+
+@dataclass(frozen=True)
+class Amount:
+    """Where the speed of a joint motion stands.
+
+    Attributes:
+        span: Its number.
+        unit: Its unit, in lower case.
+    """
+
+    span: Span
+    unit: str
+
+
+class _Leave(Exception):
+    """The program ends here."""
+
+
+class Machine:
+    """Executes instructions and collects events."""
+
+    def __init__(
+        self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool, find: Find, depth: int = 0
+    ) -> None:
+        self.find = find
+        self.depth = depth
+        self.positions = positions
+        self.frames = Frames(beside)
+        self.beside = beside
+        self.moves_arm = moves_arm
+        self.events: list[Event] = []
+        self.notes: dict[tuple[int, str], Note] = {}
+        self.amounts: dict[int, Amount] = {}
+        self.registers = Registers()
+        self.steps = 0
+        self.added: Instruction | None = None  # the remark that announces the wait of a plan
+        self.jumps: dict[str, list[int]] = {}  # conditional jumps that were met, by label: number of motions before
+        self.motions = 0
+
+    def run(self, body: Sequence[Instruction | Block]) -> None:
+        """Run a program from its beginning."""
+        labels = {
+            label_of(one): at for at, one in enumerate(body) if isinstance(one, Instruction) and one.kind == "label"
+        }
+        endless = endless_labels(body, labels)
+        repeated = repeated_labels(body, labels)
+        seen: set[int] = set()
+        at = 0
+        try:
+            while at < len(body):
+                one = body[at]
+                if isinstance(one, Instruction) and one.kind == "jump":
+                    target = labels.get(label_of(one))
+                    if target is None:
+                        self._unknown(one, f"{short(one.code)} leads nowhere")
+                        return
+                    if target <= at or at in seen:
+                        return
+                    seen.add(at)
+                    at = target
+                    continue
+                if isinstance(one, Instruction) and one.kind == "label":
+                    self._label(one, endless=at in endless, repeated=at in repeated)
+                else:
+                    self._one(one)
+                at += 1
+        except _Leave:
+            pass
+
+    def note(self, one: Instruction, text: str) -> None:
+        """Report something about an instruction, once."""
+        self.notes.setdefault((one.line.number, text), Note(one.line.number, text))
+
+    def _unknown(self, one: Instruction, what: str) -> None:
+        self.events.append(Unknown(one.line.number, what))
+
+    def _count(self, one: Instruction) -> None:
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            problem = f"the program does not end within {MOST_STEPS} steps"
+            raise InputError(problem, key=f"line {one.line.number}")
+
+    def _one(self, one: Instruction | Block) -> None:
+        self._count(one.head if isinstance(one, Block) else one)
+        if isinstance(one, Block):
+            if one.head.kind == "for_":
+                self._for(one)
+            else:
+                self._skip(one)
+            return
+        announced, self.added = self.added, None
+        if one.tree is None:
+            self._plain(one)
+        elif one.kind == "wait":
+            self._wait(one, one.tree, announced)
+        elif one.kind == "end":
+            raise _Leave
+        else:
+            rule = getattr(self, f"_{one.kind}", None)
+            if rule is not None:
+                rule(one, one.tree)
+
+    def _plain(self, one: Instruction) -> None:
+        """An instruction without a tree: empty, a remark, or not understood."""
+        if one.code == ADDED:
+            self.added = one
+        elif one.code and not is_remark(one.code) and not one.code.startswith("-"):
+            if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
+                self._unknown(one, f"the motion is not understood: {short(one.code)}")
+            else:
+                self._unknown(one, f"not understood, it may move the robot: {short(one.code)}")
+
+    # Motions
+
+    def _motion(self, one: Instruction, tree: Node) -> None:
+        self.motions += 1
+        move, *points = (str(token) for token in tree.children if isinstance(token, Token))
+        kind = _KINDS[move.upper()]
+        label = f"{points[-1].partition('[')[0]}[{_inside(points[-1])}]"
+        target, reason = self._target(points[-1], label)
+        options = [str(child.children[0]) for child in tree.find_data("item")]
+        words = {option.upper() for option in options}
+        for word in ("INC", "OFFSET", "TOOL_OFFSET", "VOFFSET"):
+            if word in words and target is not None:
+                target, reason = None, f"{word} needs figures of the controller, or the place before"
+        if not self.moves_arm:
+            target, reason = None, "DEFAULT_GROUP leaves the robot out"
+        share = next((word[3:] for word in words if word.startswith("ACC") and word[3:].isdigit()), "100")
+        if share != "100":
+            self.note(one, f"ACC{share} is kept and not simulated: accelerations are those of the robot")
+        via = self._target(points[0], label)[0] if len(points) > 1 else None
+        self.events.append(
+            Motion(
+                statement=one.code_start,
+                line=one.line.number,
+                label=label,
+                kind=kind,
+                target=target,
+                speed=self._speed(one, tree, is_joint=kind == "joint"),
+                blend=_blend(tree),
+                via=via if isinstance(via, PoseTarget) else None,
+                reason=reason,
+            )
+        )
+        if "SKIP" in words:
+            self._unknown(one, f"the motion to {label} may be skipped")
+
+    def _target(self, point: str, label: str) -> tuple[JointTarget | PoseTarget | None, str]:
+        if point.startswith("PR"):
+            known = self.frames.beside.positions_rad.get(f"PR[{_inside(point)}]")
+            if known is not None:
+                return JointTarget(known), ""
+            return None, f"{label} is a register of the controller"
+        number = self.registers.amount(_inside(point))
+        if number is None:
+            return None, f"the number of {label} is computed while the program runs"
+        position = self.positions.get(int(number))
+        if position is None:
+            return None, f"{label} is not in the section POS"
+        return self.frames.target_of(position, label)
+
+    def _speed(self, one: Instruction, tree: Node, *, is_joint: bool) -> Speed:
+        tokens = [token for token in next(tree.find_data("speed")).children if isinstance(token, Token)]
+        if len(tokens) < 2:
+            return Speed(writable=False)
+        value, unit = tokens
+        amount, name = self.registers.amount(str(value)), str(unit).lower()
+        if amount is None or amount <= 0.0:
+            return Speed(writable=False)
+        is_writable = is_joint and value.type == "NUMBER" and name in ("%", "sec", "msec")
+        if is_writable:
+            self.amounts[one.code_start] = Amount(one.span(value), name)
+        if name == "%":
+            return Speed(percent=min(amount, 100.0), writable=is_writable)
+        if name in _TOOL_M_S:
+            return Speed(tool_m_s=amount * _TOOL_M_S[name], writable=False)
+        if name in _SECONDS:
+            return Speed(duration_s=amount * _SECONDS[name], writable=is_writable)
+        return Speed(tool_rad_s=math.radians(amount), writable=False)
+
+    # Waits
+
+    def _wait(self, one: Instruction, tree: Node, announced: Instruction | None) -> None:
+        tokens = [child.children[0] for child in tree.find_data("item")]
+        seconds: float | None = None
+        is_added = False
+        if len(tokens) == 2 and isinstance(tokens[1], Token) and tokens[1].type == "SECONDS":
+            seconds = self.registers.amount(str(tokens[0]))
+            is_added = announced is not None and isinstance(tokens[0], Token) and tokens[0].type == "NUMBER"
+        is_added = is_added and seconds is not None
+        self.events.append(
+            Wait(
+                one.code_start,
+                one.line.number,
+                seconds,
+                short(one.code),
+                added=is_added,
+                value=one.span(tokens[0]) if is_added and isinstance(tokens[0], Token) else None,
+                whole=Span(announced.start, one.end) if is_added and announced is not None else None,
+            )
+        )
+
+    def _pause(self, one: Instruction, tree: Node) -> None:
+        self.events.append(Wait(one.code_start, one.line.number, None, short(one.code)))
+
+    # Settings and registers
+
+    def _assignment(self, one: Instruction, tree: Node) -> None:
+        target, *items = tree.children
+        name = str(target).split("[")[0].upper()
+        tokens = [item.children[0] for item in items if isinstance(item, Tree)]
+        value = self.registers.total([token for token in tokens if isinstance(token, Token)])
+        if name in ("UFRAME_NUM", "UTOOL_NUM"):
+            setattr(self.frames, "frame" if name == "UFRAME_NUM" else "tool", None if value is None else int(value))
+        elif name == "R":
+            number = index_of(str(target))
+            if number is None:
+                self.registers.values.clear()
+            elif value is None:
+                self.registers.values.pop(number, None)
+            else:
+                self.registers.values[number] = value
+        elif name == "P":
+            self._unknown_position(str(target))
+        elif name in _MODAL:
+            self.note(one, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
+
+    def _unknown_position(self, point: str) -> None:
+        number = self.registers.amount(_inside(point))
+        known = dict(self.positions)
+        for key in [int(number)] if number is not None else list(known):
+            known.pop(key, None)
+        self.positions = known
+
+    def _statement(self, one: Instruction, tree: Node) -> None:
+        first = str(tree.children[0])
+        if first.upper().startswith("PAYLOAD["):
+            self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), short(one.code)))
+        elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
+            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}")
+
+    def _call(self, one: Instruction, tree: Node) -> None:
+        name = next(str(token) for token in tree.children if isinstance(token, Token))
+        if name.upper() in self.beside.still:
+            return
+        body = self.find(name) if self.depth < _DEEPEST_CALLS else None
+        if body is None:
+            self._unknown(one, f"{name} is another program, it may move the robot")
+            return
+        other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
+        other.registers = self.registers
+        other.run(body)
+        waits = [event for event in other.events if isinstance(event, Wait)]
+        if len(waits) < len(other.events):
+            self._unknown(one, f"{name}, beside this program, may move the robot")
+            return
+        self.note(one, f"{name}, beside this program, moves nothing")
+        self.events += [
+            Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
+        ]
+
+    # Jumps and loops
+
+    def _label(self, one: Instruction, *, endless: bool, repeated: bool) -> None:
+        name = label_of(one)
+        if endless:
+            self.events.append(CycleStart(one.line.number))
+        elif repeated or any(before < self.motions for before in self.jumps.get(name, [])):
+            self._unknown(one, f"{name} is reached from several places")
+
+    def _branch(self, one: Instruction, tree: Node) -> None:
+        tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
+        calls = [token for token in tokens if isinstance(token, Token) and token.type == "CALL"]
+        if calls:
+            self._unknown(one, f"whether it runs is not known, it may move the robot: {short(one.code)}")
+        for token in tokens:
+            if isinstance(token, Token) and token.type == "LABEL":
+                self.jumps.setdefault(plain_label(str(token)), []).append(self.motions)
+        self.note(one, f"whether it jumps is not known, it is taken not to: {short(one.code)}")
+
+    def _for(self, block: Block) -> None:
+        tree = block.head.tree
+        assert tree is not None
+        register, *rest = tree.children
+        split = next(at for at, one in enumerate(rest) if isinstance(one, Token))
+        first, last = (
+            self.registers.total(
+                [one.children[0] for one in part if isinstance(one, Tree) and isinstance(one.children[0], Token)]
+            )
+            for part in (rest[:split], rest[split + 1 :])
+        )
+        number = index_of(str(register))
+        jumps = any(one.kind in ("label", "jump") for one in within(block.body))
+        if first is None or last is None or number is None or jumps:
+            self._skip(block)
+            return
+        step = -1.0 if "DOWN" in str(rest[split]).upper() else 1.0
+        value = first
+        while (value <= last) if step > 0.0 else (value >= last):
+            self.registers.values[number] = value
+            self._count(block.head)
+            for one in block.body:
+                self._one(one)
+            value += step
+
+    def _skip(self, block: Block) -> None:
+        """Instructions that run or not, nobody knows: where the robot is behind them is not known, if they move it."""
+        moves = False
+        for one in within([block]):
+            moves |= one.kind in ("motion", "call", "jump", "branch", "label") or _may_be_macro(one)
+            if one.kind == "assignment":
+                assert one.tree is not None
+                self.registers.values.clear()
+                if str(one.tree.children[0]).upper().startswith(("UFRAME", "UTOOL")):
+                    self.frames.frame = self.frames.tool = None
+        text = short(block.head.code)
+        if moves:
+            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
+        else:
+            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
+
+
+def _inside(reference: str) -> str:
+    """The number between the brackets of P[3:name], or the register there."""
+    inside = reference[reference.index("[") + 1 : -1].strip()
+    if inside[:2].upper() == "R[" and "]" in inside:
+        return inside[: inside.index("]") + 1]
+    return inside.split(":")[0].split(",")[0].strip()
+
+
+def _may_be_macro(one: Instruction) -> bool:
+    """Whether an instruction is none that is known to move nothing."""
+    if one.tree is None:
+        return bool(one.code) and not is_remark(one.code)
+    word = str(one.tree.children[0]).split("[")[0].upper() if one.kind == "statement" else ""
+    return bool(word) and word not in _HARMLESS and not word.startswith("$")
+
+
+def _blend(tree: Node) -> Blend | None:
+    """CNT as a share of the half way: FANUC does not say more of it than that 100 is the roundest."""
+    for ending in tree.find_data("ending"):
+        tokens = [token for token in ending.children if isinstance(token, Token)]
+        if tokens[0].type == "FINE":
+            return None
+        value = float(tokens[1]) if tokens[1].type == "NUMBER" else None
+        if tokens[0].type == "CR":
+            return Blend(radius_m=value * 1e-3) if value else None
+        share = 1.0 if value is None else min(value, 100.0) / 100.0
+        return Blend(share=share) if share > 0.0 else None
+    return None

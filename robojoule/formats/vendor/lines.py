@@ -1,0 +1,100 @@
+"""Lines of programs in languages that have one statement a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from lark import Token, Tree
+
+from robojoule.formats.vendor.text import SourceText, Span, lines_of
+
+Node = Tree[Token]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One line.
+
+    Attributes:
+        number: Its number, from 1 on.
+        start: Its first character in the file.
+        end: The first one of the next line.
+        text: The line without its end.
+        code: Its code without white space around it; empty where there is none.
+        code_start: First character of the code in the file.
+        comment: What stands behind the sign of comments, with it.
+        tree: The parsed code; None: there is none, or it was not understood.
+        file: Which of the program's files it is in.
+    """
+
+    number: int
+    start: int
+    end: int
+    text: str
+    code: str
+    code_start: int
+    comment: str
+    tree: Node | None
+    file: int
+
+    @property
+    def kind(self) -> str:
+        """What the line is: the rule of the grammar."""
+        return str(self.tree.data) if self.tree is not None else ""
+
+    @property
+    def indent(self) -> str:
+        """White space before it."""
+        return self.text[: len(self.text) - len(self.text.lstrip())]
+
+    def span(self, node: Token | Node) -> Span:
+        """Where a part of the code stands in the file."""
+        if isinstance(node, Token):
+            first, last = node.start_pos or 0, node.end_pos or 0
+        else:
+            first, last = node.meta.start_pos, node.meta.end_pos
+        return Span(self.code_start + first, self.code_start + last, self.file)
+
+
+def lines_in(source: SourceText, file: int, sign: str, parse: Callable[[str], Node | None]) -> list[Line]:
+    """The lines of a file.
+
+    Args:
+        source: The file.
+        file: Which of the program's files it is.
+        sign: What begins a comment outside of texts in double quotes.
+        parse: The code of a line as a tree; None where it is not understood.
+    """
+    found, start = [], 0
+    for number, raw in enumerate(lines_of(source.text), start=1):
+        text = raw.rstrip("\r\n")
+        split = _comment_start(text, sign)
+        code = text[:split].strip().lstrip("\ufeff")
+        code_start = start + (text.index(code) if code else 0)
+        tree = parse(code) if code else None
+        found.append(Line(number, start, start + len(raw), text, code, code_start, text[split:], tree, file))
+        start += len(raw)
+    return found
+
+
+def _comment_start(text: str, sign: str) -> int:
+    """Where the comment of a line begins: at the first sign of one outside of texts."""
+    quoted = False
+    for place, letter in enumerate(text):
+        if letter == '"':
+            quoted = not quoted
+        elif letter == sign and not quoted:
+            return place
+    return len(text)
+
+
+def first_word(code: str) -> str:
+    """The word that a line begins with, up to white space or a parenthesis; empty where there is none."""
+    return next(iter(code.replace("(", " ( ").split()), "")
+
+
+def short(code: str) -> str:
+    """Code as messages show it."""
+    text = " ".join(code.split())
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,1 @@
+"""ABB's RAPID programs (.mod, .prg)."""

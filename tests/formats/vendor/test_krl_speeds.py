@@ -1,0 +1,65 @@
+"""Speeds and waits written into random KRL programs: what is read again is what was wished, and the way back works."""
+
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robojoule.errors import InputError
+from robojoule.formats.program import Program, load_program
+from tests.formats.vendor.krl_text import DAT, HOME, inline, spline
+
+POINTS, SPEEDS, DATA = ["HOME", "P1", "P2"], [100, 80, 50], ["PDEFAULT", "PPDAT1"]
+
+
+def lines(chance: random.Random, depth: int = 0) -> list[str]:
+    """A statement, or a block of some."""
+    kind = chance.randint(0, 13)
+    if kind == 4:
+        return inline(chance.choice(POINTS), chance.choice(SPEEDS), data=chance.choice(DATA)).splitlines()
+    if kind == 5:
+        return spline(chance.choice(POINTS), chance.choice(SPEEDS), chance.choice(DATA)).splitlines()
+    if kind in (6, 7):
+        return [f"BAS(#VEL_PTP,{chance.choice([100, 70, 30])})"]
+    if kind == 8:
+        return ["PDAT_ACT=PPDAT1", "BAS(#PTP_DAT)"]
+    if kind in (9, 10) and depth < 2:
+        head, end = ("FOR I=1 TO 2", "ENDFOR") if kind == 9 else ("IF $IN[1] THEN", "ENDIF")
+        return [head, *(line for _ in range(chance.randint(1, 3)) for line in lines(chance, depth + 1)), end]
+    if kind == 11:
+        return [chance.choice(["WAIT FOR $IN[2]", "WAIT SEC 0.1"])]
+    return [f"PTP {{A{chance.choice([1, 4, 5, 6])} {chance.randint(-20, 20)}}}"]
+
+
+def written(program: Program, tree, folder, name: str) -> Program:
+    replace(program, tree=tree).save(folder / f"{name}.src")
+    return load_program(folder / f"{name}.src")
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_what_is_wished_is_read_again(tmp_path, seed):
+    chance = random.Random(seed)
+    body = [line for _ in range(chance.randint(3, 10)) for line in lines(chance)]
+    text = "\n".join(["DEF c( )", "INT I", "BAS(#INITMOV,0)", f"PTP {HOME}", *body, "END", ""])
+    (tmp_path / "c.src").write_text(text)
+    (tmp_path / "c.dat").write_text(DAT)
+    try:
+        program = load_program(tmp_path / "c.src")
+    except InputError:  # nothing moves between known positions
+        return
+    repeated = program.source.resolution.repeated
+    speeds, waits = {}, {}
+    for move in program.moves:
+        is_free = not move.fixed and move.name not in repeated
+        slower = float(chance.randint(5, int(move.speed_limit_percent)))
+        speeds[move.name] = chance.choice([slower, move.speed_limit_percent]) if is_free else move.speed_limit_percent
+        waits[move.name] = chance.choice([0.0, 0.0, 0.5]) if move.name not in repeated and move.is_fine else 0.0
+    new = written(program, program.tree.with_plan(speeds, added_waits_after_s=waits), tmp_path, "n")
+    assert np.array_equal(new.tree.configurations_rad(), program.tree.configurations_rad())
+    assert [move.speed_limit_percent for move in new.moves] == list(speeds.values())
+    assert [move.added_wait_after_s for move in new.moves] == list(waits.values())
+    given = {move.name: old.speed_limit_percent for move, old in zip(new.moves, program.moves, strict=True)}
+    back = written(new, new.tree.with_plan(given, added_waits_after_s=dict.fromkeys(given, 0.0)), tmp_path, "b")
+    assert [move.speed_limit_percent for move in back.moves] == list(given.values())
+    assert "robojoule" not in back.text

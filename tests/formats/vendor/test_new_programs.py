@@ -1,0 +1,110 @@
+"""New FANUC and ABB programs of operation trees: read back they do the same."""
+
+import numpy as np
+import pytest
+
+from robojoule.checks import model_program
+from robojoule.errors import InputError
+from robojoule.formats.program import Program, load_program
+from robojoule.formats.registry import format_of
+from robojoule.formats.vendor.files import VendorFiles
+from robojoule.motion.simulation import MotionPaths
+from robojoule.programs.operation_tree import OperationTree, ShareZone
+from robojoule.robots import load_robot
+
+ROBOTS = {".ls": "fanuc_r2000ic_165f", ".mod": "kuka_kr16_r2010_2"}
+
+
+def tree(**more):
+    moves = [
+        {"type": "move", "name": "to part", "target_deg": [30, -60, 80, 10, 20, -15], "speed_limit_percent": 70},
+        {"type": "move", "name": "via 1", "target_deg": [40, -50, 70, 0, 20, 0], "zone": {"radius_m": 0.05}},
+        {"type": "move", "name": "place", "target_deg": [60, -50, 70, 0, 30.123, 0], "added_wait_after_s": 0.75},
+        {"type": "process", "name": "weld", "duration_s": 1.25, "power_w": 500.0},
+        {"type": "move", "name": "home", "target_deg": [0, -55, 90, 0, 0, 0], "speed_limit_percent": 33},
+    ]
+    start = {"start_deg": [0, -55, 90, 0, 0, 0], "operations": moves}
+    return OperationTree.model_validate(
+        {"format": "robojoule-operation-tree", "version": 1, "name": "cycle", **start, **more}
+    )
+
+
+def created(tmp_path, suffix, robot, one=None):
+    path = tmp_path / f"new{suffix}"
+    found = format_of(path)
+    assert isinstance(found, VendorFiles)
+    found.create(one or tree(), path, robot)
+    return path, found
+
+
+def durations_s(one, robot):
+    """Of all moves, each from rest to rest; speed limits that a short move does not reach are all the same to it."""
+    places = model_program(Program(one), robot).tree.configurations_rad()
+    limits = np.array([[move.speed_limit_percent / 100] for move in one.moves()])
+    return MotionPaths(robot, places[:-1], places[1:]).durations(limits)[:, 0]
+
+
+@pytest.mark.parametrize("suffix", ROBOTS)
+def test_a_new_program_does_what_the_tree_says(tmp_path, suffix):
+    robot = load_robot(ROBOTS[suffix], payload_kg=5)
+    path, _ = created(tmp_path, suffix, robot)
+    program = load_program(path).for_robot(robot)
+    np.testing.assert_allclose(
+        model_program(program, robot).tree.configurations_rad(), tree().configurations_rad(), atol=1e-9
+    )
+    np.testing.assert_allclose(durations_s(program.tree, robot), durations_s(tree(), robot), rtol=1e-4)
+    assert [move.added_wait_after_s for move in program.moves] == [0, 0, 0.75, 0]
+    assert [move.is_fine for move in program.moves] == [True, False, True, True]
+    assert [one.duration_s for one in program.tree.operations if one.type == "wait"] == [1.25]
+    assert program.source.texts(program.tree) == (path.read_text(),)
+
+
+def test_what_a_teach_pendant_cannot_say_is_listed(tmp_path):
+    robot = load_robot(ROBOTS[".ls"])
+    one = tree().with_plan({"to part": 33.4}, waits_after_s={"home": 0.127})
+    lost = format_of(tmp_path / "a.ls").create(one, tmp_path / "a.ls", robot)
+    assert any("34 % instead of 33.4 %" in text for text in lost)
+    assert any("CNT is not a radius" in text for text in lost)
+    assert any("0.12 s instead of 0.127 s" in text for text in lost)
+    assert any("without its power" in text for text in lost)
+    assert load_program(tmp_path / "a.ls").moves[0].speed_limit_percent == 34
+
+
+def test_what_cannot_be_said_at_all_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no robot says how long"):
+        format_of(tmp_path / "a.mod").create(tree(), tmp_path / "a.mod", None)
+    with pytest.raises(InputError, match="angles of a robot's model"):
+        Program(tree()).save(tmp_path / "a.ls")
+    short = tree(start_deg=[0, 0], operations=[{"type": "move", "name": "m", "target_deg": [1, 2]}], angles="pendant")
+    with pytest.raises(InputError, match="6 axes, the program has 2"):
+        format_of(tmp_path / "a.ls").create(short, tmp_path / "a.ls", None)
+    long = tree().with_plan({}, waits_after_s={"home": 400.0})
+    with pytest.raises(InputError, match=r"too long; allowed: up to 327\.67 s"):
+        format_of(tmp_path / "a.ls").create(long, tmp_path / "a.ls", load_robot(ROBOTS[".ls"]))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix, word", [(".src", "C_PTP"), (".ls", "CNT60")])
+def test_zones_that_are_shares_of_a_path_are_said(tmp_path, suffix, word):
+    """KUKA's percentage and FANUC's CNT count shares of half a motion."""
+    moves = list(tree().model_dump()["operations"])
+    moves[1]["zone"] = {"path_share": 0.3}
+    one = tree().model_validate(tree().model_dump() | {"operations": moves})
+    robot = load_robot("kuka_kr16_r2010_2" if suffix == ".src" else ROBOTS[suffix])
+    path, _ = created(tmp_path, suffix, robot, one)
+    assert word in path.read_text()
+    again = load_program(path).for_robot(robot)
+    assert [move.zone for move in again.moves] == ["fine", ShareZone(path_share=0.3), "fine", "fine"]
+
+
+@pytest.mark.parametrize("suffix", [".mod", ".script"])
+def test_what_has_no_word_for_shares_stops_and_says_so(tmp_path, suffix):
+    moves = list(tree().model_dump()["operations"])
+    moves[1] |= {"zone": {"path_share": 0.3}, "speed_group": "line"}
+    moves.append({"type": "payload", "name": "empty", "mass_kg": 0.0})
+    one = tree().model_validate(tree().model_dump() | {"operations": moves})
+    path = tmp_path / f"new{suffix}"
+    lost = format_of(path).create(one, path, load_robot("kuka_kr16_r2010_2"))
+    assert any("a share of the path, is left out" in text for text in lost)
+    assert any("the speed group of move 'via 1' is not said" in text for text in lost)
+    assert any("the payload of 'empty' is left out" in text for text in lost)
