@@ -60,9 +60,9 @@ class Flow(ABC):
             else:
                 self.step(one)
 
-    def unknown(self, line: Line, what: str) -> None:
+    def unknown(self, line: Line, what: str, *, may_stand: bool = False) -> None:
         """The robot may be anywhere from here on."""
-        self.events.append(Unknown(line.number, what))
+        self.events.append(Unknown(line.number, what, may_stand))
 
     def _block(self, block: Block) -> None:
         kind = block.head.kind
@@ -184,7 +184,7 @@ class Flow(ABC):
             moves |= line.kind in ("motion", "goto", "exit", "return_")
         text = short(block.head.code)
         if moves:
-            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
+            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
 

@@ -301,7 +301,7 @@ class Machine(Flow):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
         elif name not in HARMLESS and name not in self.frames.beside.still:
-            self.unknown(line, f"{name}() is not in this file, it may move the robot")
+            self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""
