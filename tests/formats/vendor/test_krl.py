@@ -272,7 +272,8 @@ def test_what_the_program_cannot_say_is_not_written(tmp_path):
 
 
 def test_what_lets_the_robot_stand_is_a_wait_of_given_length(tmp_path):
-    body = f"PTP {HOME}\nPTP {TO}\nGRIPPER(1)\nPTP {{A1 0}}\nIF $IN[1] THEN\nGO_AWAY()\nENDIF\nPTP {HOME}\nLIN @@@\nPTP {TO}"
+    body = f"PTP {HOME}\nPTP {TO}\nGRIPPER(1)\nPTP {{A1 0}}\nIF $IN[1] THEN\nGO_AWAY()\nENDIF\nPTP {HOME}\n"
+    body += f"LIN @@@\nPTP {TO}"
     program = read(tmp_path, body, beside=Beside(waits_s={4: 0.6, 6: 0.0}))
     assert np.allclose(in_degrees(program), [AT_HOME, AT, [0, *AT[1:]], AT_HOME])
     assert [one.duration_s for one in program.tree.atomic() if isinstance(one, WaitOperation)] == [0.6]
