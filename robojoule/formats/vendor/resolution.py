@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
@@ -24,9 +25,10 @@ from robojoule.formats.vendor.trace import (
     Trace,
     Unknown,
     Wait,
+    check_bounds,
 )
 from robojoule.formats.vendor.zones import Step, with_ends, zone_of
-from robojoule.inputs import counted
+from robojoule.inputs import counted, shown
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
@@ -39,6 +41,7 @@ from robojoule.programs.operation_tree import (
 )
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.vendor_frames import payload_of_vendor
 
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
@@ -160,6 +163,16 @@ class _Resolver:
         self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
 
     def _take(self, event: Event, following: Event | None) -> None:
+        check_bounds(event)
+        try:
+            self._took(event, following)
+        except ValidationError as error:  # such as a wait of more than a day
+            details = error.errors(include_url=False)[0]
+            said = details["msg"].removeprefix("Value error, ")
+            problem = f"{said[:1].lower()}{said[1:]} (found {shown(details['input'])})"
+            raise InputError(problem, key=f"line {event.line}") from None
+
+    def _took(self, event: Event, following: Event | None) -> None:
         if isinstance(event, Motion):
             self._move(event, following)
         elif isinstance(event, Wait):
@@ -200,6 +213,8 @@ class _Resolver:
         payload = event.payload
         if self.start is None or payload is None:
             return
+        if self.robot is not None:
+            payload = payload_of_vendor(self.robot, payload)
         moments = payload.inertia_kg_m2
         inertia = six_moments(moments) if moments is not None else None
         name = self._number("payload")

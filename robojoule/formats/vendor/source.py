@@ -15,7 +15,7 @@ from robojoule.errors import InputError
 from robojoule.formats.vendor.resolution import Resolution, resolve
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
-from robojoule.formats.vendor.text import Edit, edited, unified_diff
+from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
 from robojoule.formats.vendor.trace import Beside, Event, Trace, Unknown, VendorProgram, Wait, Wish
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.robots.pendant_file import Angles
@@ -53,7 +53,8 @@ class VendorSource:
     def trace(self) -> Trace:
         """What the program does."""
         try:
-            return self._with_waits(self.program.trace(self.beside))
+            with numbers_in_bounds(self.program.sources[0].path):
+                return self._with_waits(self.program.trace(self.beside))
         except InputError as error:
             raise self._placed(error) from None
 
@@ -84,7 +85,8 @@ class VendorSource:
             InputError: Nothing can be planned.
         """
         try:
-            return resolve(self.trace, self.program.name, self.robot, self.angles)
+            with numbers_in_bounds(self.program.sources[0].path):
+                return resolve(self.trace, self.program.name, self.robot, self.angles)
         except InputError as error:
             raise self._placed(error) from None
 
