@@ -26,7 +26,9 @@ def _licence(package: Distribution) -> str:
         return "; ".join(line.rpartition(" :: ")[2] for line in classified)
     text = said.get("License") or ""
     if not text.strip():
-        files = [path for path in package.files or [] if path.name.upper().startswith(("LICENSE", "LICENCE", "COPYING"))]
+        files = [
+            path for path in package.files or [] if path.name.upper().startswith(("LICENSE", "LICENCE", "COPYING"))
+        ]
         text = files[0].read_text() if files else ""
     return next((line.strip() for line in text.splitlines() if line.strip()), "not stated")[:80]
 

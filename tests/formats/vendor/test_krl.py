@@ -280,3 +280,10 @@ def test_what_lets_the_robot_stand_is_a_wait_of_given_length(tmp_path):
     assert any("GRIPPER() is not in this file" in note and "--wait" in note for note in read(tmp_path, body).notes)
     with pytest.raises(InputError, match=r"line 10: nothing of unknown length is here; allowed: lines: 4, 6"):
         read(tmp_path, body, beside=Beside(waits_s={10: 0.6}))  # it is a motion
+
+
+def test_programs_that_move_nothing_are_named_beside(tmp_path):
+    body = f"PTP {HOME}\nPTP {TO}\nGrip_Open()\nIF $IN[1] THEN\ngrip_open()\nENDIF\nPTP {HOME}"
+    program = read(tmp_path, body, beside=Beside(still=frozenset(["GRIP_OPEN"])))
+    assert np.allclose(in_degrees(program), [AT_HOME, AT, AT_HOME])
+    assert not unknown_operations(program.tree)

@@ -321,9 +321,8 @@ class Machine:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
         calls = [token for token in tokens if isinstance(token, Token) and token.type == "CALL"]
         if calls:
-            self._unknown(
-                one, f"whether it runs is not known, it may move the robot: {short(one.code)}", may_stand=True
-            )
+            text = f"whether it runs is not known, it may move the robot: {short(one.code)}"
+            self._unknown(one, text, may_stand=True)
         for token in tokens:
             if isinstance(token, Token) and token.type == "LABEL":
                 self.jumps.setdefault(plain_label(str(token)), []).append(self.motions)

@@ -36,6 +36,7 @@ class Flow(ABC):
         self.notes: dict[tuple[int, str], Note] = {}
         self.steps = 0
         self.in_cycle = False
+        self.still: frozenset[str] = frozenset()
 
     @abstractmethod
     def step(self, line: Line) -> None:
@@ -178,7 +179,7 @@ class Flow(ABC):
                 self.variables.forget(root_of(line.tree.children[0]))  # type: ignore[arg-type]
             elif line.kind == "call_line":
                 name = str(line.tree.children[0]).upper()
-                moves |= name not in HARMLESS and name != "BAS"
+                moves |= name not in HARMLESS and name != "BAS" and name not in self.still
                 if name == "BAS":
                     self.set_speed(UNKNOWN)
             moves |= line.kind in ("motion", "goto", "exit", "return_")

@@ -188,7 +188,7 @@ class Machine:
             self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
         elif name in STREAMS:
             self._unknown(line, f"{name}() is a stream, not a planned motion")
-        elif not name.startswith(HARMLESS):
+        elif not self._is_harmless(name):
             self._unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _enter(self, name: str, line: Line, tree: Node) -> None:
@@ -343,7 +343,10 @@ class Machine:
         name = str(line.tree.children[0])
         if name in self.functions:
             return any(_moves(one) for one in self.functions[name].lines())
-        return name in MOTIONS or name in STREAMS or not name.startswith((*HARMLESS, "sleep", "popup"))
+        return name in MOTIONS or name in STREAMS or not (self._is_harmless(name) or name in ("sleep", "popup"))
+
+    def _is_harmless(self, name: str) -> bool:
+        return name.startswith(HARMLESS) or name.upper() in self.beside.still
 
 
 def _name(head: Line) -> str:
