@@ -34,7 +34,7 @@ from robojoule.robots.robot import Robot
 LARGEST_SHARE = 0.4  # of a leg, that a corner may take
 SAME_POINT_RAD = 1e-6  # points nearer than this are one
 _SAMPLES = 64  # of half a leg and of a corner, at which the tool's distance is looked at
-_BISECTIONS = 40
+_BISECTIONS = 16  # within a step between samples
 _SHRINKINGS = 200
 _LEAST_SHARE = 1e-6  # of the shorter leg that a corner takes, however narrow its zone: rounding has no corners
 _NARROWEST = 1e-9  # share of a corner that a piece of it takes at least
@@ -192,14 +192,14 @@ def _half_lengths(
     bound = np.flatnonzero(np.isfinite(radius_m))
     if bound.size == 0:
         return np.maximum(half, _LEAST_SHARE * shorter)
-    via = end[before[bound]]
+    via, at_via = end[before[bound]], robot.tool_placements(end[before[bound]])[0]
     for legs, sign in ((before[bound], -1.0), (before[bound] + 1, 1.0)):
         slope = sign * (end[legs] - start[legs]) / length[legs, None]
-        half[bound] = np.minimum(half[bound], _within(robot, via, slope, half[bound], radius_m[bound]))
+        half[bound] = np.minimum(half[bound], _within(robot, via, at_via, slope, half[bound], radius_m[bound]))
     for _ in range(_SHRINKINGS):
         curves = _polynomials(start, end, length, before[bound], half[bound])
         at = CurvedPath(curves).positions_rad(slice(None), np.linspace(0.0, 1.0, _SAMPLES + 1))
-        away = _distances(robot, at.transpose(1, 2, 0), via).max(axis=1)
+        away = _distances(robot, at.transpose(1, 2, 0), at_via).max(axis=1)
         beyond = away > radius_m[bound]
         if not beyond.any():
             break
@@ -207,25 +207,28 @@ def _half_lengths(
     return np.maximum(half, _LEAST_SHARE * shorter)
 
 
-def _within(robot: Robot, via: Array, slope: Array, most: Array, radius_m: Array) -> Array:
-    """How far along slopes (C, n), from points (C, n) on, the tool keeps within radii of the points; `most` at most."""
+def _within(robot: Robot, via: Array, at_via: Array, slope: Array, most: Array, radius_m: Array) -> Array:
+    """How far along slopes (C, n), from points (C, n) on, the tool keeps within radii of the points; `most` at most.
+
+    The tool is at (C, 3) [m] there.
+    """
     shares = np.arange(1, _SAMPLES + 1) / _SAMPLES
     at = via[:, None] + (most[:, None] * shares)[..., None] * slope[:, None]
-    beyond = _distances(robot, at, via) > radius_m[:, None]
+    beyond = _distances(robot, at, at_via) > radius_m[:, None]
     first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), _SAMPLES)
     high = most * np.minimum(first + 1, _SAMPLES) / _SAMPLES
     low = most * first / _SAMPLES
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2.0
-        inside = _distances(robot, (via + middle[:, None] * slope)[:, None], via)[:, 0] <= radius_m
+        inside = _distances(robot, (via + middle[:, None] * slope)[:, None], at_via)[:, 0] <= radius_m
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     return low
 
 
-def _distances(robot: Robot, q: Array, via: Array) -> Array:
-    """Distances of the tool at configurations (C, K, n) from where it is at (C, n), shape (C, K). [m]"""
+def _distances(robot: Robot, q: Array, at_via: Array) -> Array:
+    """Distances of the tool at configurations (C, K, n) [rad] from places (C, 3) [m], shape (C, K). [m]"""
     at = robot.tool_placements(q.reshape(-1, q.shape[2]))[0].reshape(*q.shape[:2], 3)
-    return np.asarray(np.linalg.norm(at - robot.tool_placements(via)[0][:, None], axis=2))
+    return np.asarray(np.linalg.norm(at - at_via[:, None], axis=2))
 
 
 def _polynomials(start: Array, end: Array, length: Array, before: Index, half: Array) -> Array:

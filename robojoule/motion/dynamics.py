@@ -45,6 +45,10 @@ class PathTorques:
     values: Array
     values_s: Array
 
+    def of(self, rows: Index | slice) -> PathTorques:
+        """Those of some of the motions."""
+        return PathTorques(self.counts[rows], self.coefficients[rows], self.values[rows], self.values_s[rows])
+
     @property
     def at_nodes(self) -> tuple[Array, Array, Array]:
         """Values of m [Nm s2], c [Nm s2] and g [Nm], three arrays of shape (M, L, n)."""

@@ -2,6 +2,7 @@
 
 import random
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -253,3 +254,18 @@ def test_positions_that_live_in_the_controller_are_given_beside(tmp_path):
     program = load_program(source, beside=read_controller_data(data)).for_robot(ROBOT)
     found = np.degrees(program.tree.configurations_rad()).round(9).tolist()
     assert found == [[10, -80, 80, 0, 20, 0], [30, -80, 80, 0, 20, 0], [10, -80, 80, 0, 20, 0]]
+
+
+def test_what_the_program_cannot_say_is_not_written(tmp_path):
+    program = read(tmp_path, f"BAS(#INITMOV,0)\n$VEL.CP=0.5\nPTP {HOME}\nPTP {TO}\nLIN_REL {{Z -50}}", robot=ROBOT)
+    tree, (first, second) = program.tree, (move.name for move in program.moves)
+    elsewhere = tree.with_settings({first: {"target_rad": (0.1,) * 6}})
+    for changed, message in (
+        (elsewhere, "differs from the program 'cycle' in more than speeds and added waits"),
+        (tree.with_plan({}, waits_after_s={first: 1.0}), "in more than speeds and added waits"),
+        (tree.with_plan({second: 1.0}), "the speed of move 'move-2' cannot be written"),
+    ):
+        with pytest.raises(InputError, match=message):
+            replace(program, tree=changed).save(tmp_path / "new.src")
+        replace(program, tree=changed).save(tmp_path / "new.yaml")
+    assert not (tmp_path / "new.src").exists()
