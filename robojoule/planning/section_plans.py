@@ -69,7 +69,8 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
         )
     sections = section_programs(program)
     if not sections:
-        raise InputError("no motion lies between parts of known length", file=program.path)
+        where = unknown_places(program)
+        raise InputError(f"no motion stands apart from the parts of unknown length: {where}", file=program.path)
     return _joined(program, [plan_one(section) for section in sections])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from pydantic import ValidationError
@@ -46,6 +47,7 @@ from robojoule.robots.vendor_frames import payload_of_vendor
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
+_FIRST_MOTION = "the first motion starts at an unknown position and is kept as it is"
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ class Resolution:
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
         repeated: How often the statement runs, by the names of moves whose statement runs more than once: no wait can
             be added to one of them alone.
+        passed: Names of moves before which the robot does not stop, as the motion that leads there has a zone.
     """
 
     tree: OperationTree
@@ -68,6 +71,19 @@ class Resolution:
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
     repeated: Mapping[str, int] = field(default_factory=dict)
+    passed: frozenset[str] = frozenset()
+
+    @cached_property
+    def heads(self) -> frozenset[str]:
+        """Names of the first moves of sections: a wait before one of them stands there, not behind the move before."""
+        found, is_first = set(), True
+        for operation in self.tree.operations:
+            if isinstance(operation, MoveOperation):
+                found |= {operation.name} if is_first else set()
+                is_first = False
+            else:
+                is_first = is_first or isinstance(operation, UnknownOperation)
+        return frozenset(found)
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -123,6 +139,9 @@ class _Resolver:
         self.executions: dict[str, Execution] = {}
         self.added: dict[tuple[str, bool], list[Wait]] = {}
         self.first_waits: list[Wait] = []
+        self.in_section = False  # a motion of this section is planned
+        self.passing = False  # the motion before does not stop at its end
+        self.passed: set[str] = set()
         self.numbers: Counter[str] = Counter()
         if start is not None:
             self._start(start, line)
@@ -136,7 +155,8 @@ class _Resolver:
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
         if self.start is None or not self.executions:
-            kept = next(iter(self.notes.values()), None)
+            reasons = [note for note in self.notes.values() if note.text != _FIRST_MOTION]
+            kept = next(iter(reasons or self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
         operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note)
@@ -154,7 +174,7 @@ class _Resolver:
         added = {key: tuple(waits) for key, waits in self.added.items()}
         counts = {name: self.repeated[one.motion.statement] for name, one in self.executions.items()}
         repeated = {name: count for name, count in counts.items() if count > 1}
-        return Resolution(tree, places, notes, self.executions, added, repeated)
+        return Resolution(tree, places, notes, self.executions, added, repeated, frozenset(self.passed))
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))
@@ -240,6 +260,8 @@ class _Resolver:
             self._append(WaitOperation(name=self._number("wait"), duration_s=event.duration_s), event.line)
 
     def _append(self, operation: Step, line: int) -> None:
+        if isinstance(operation, UnknownOperation):
+            self.in_section = False
         self.operations.append(operation)
         self.lines.append(line)
 
@@ -254,7 +276,7 @@ class _Resolver:
             seconds = move.added_wait_after_s + (event.duration_s or 0.0)
             self.operations[-1] = move.model_copy(update={"added_wait_after_s": seconds})
             self.added.setdefault((move.name, False), []).append(event)
-        elif not self.executions:
+        elif not self.in_section:
             self.first_waits.append(event)
         else:
             self._wait(replace(event, added=False))
@@ -262,6 +284,7 @@ class _Resolver:
     # Motions
 
     def _move(self, motion: Motion, following: Event | None) -> None:
+        passing, self.passing = self.passing, zone_of(motion, following) != "fine"
         target = self._target(motion)
         if self.start is not None and (target is None or self.position is None):
             self.elsewhere.add(motion.statement)
@@ -275,14 +298,14 @@ class _Resolver:
             self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), motion.line)
             self.position = target
         else:
-            self._travel(Execution(motion, self.position, target), following)
+            self._travel(Execution(motion, self.position, target), following, passing)
 
     def _arrive(self, motion: Motion, target: Position) -> None:
         """A motion from where nobody knows: its end is known."""
         self.position = target
         if self.start is None:
             self._start(target, motion.line)
-            self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
+            self._note(motion.line, _FIRST_MOTION)
             return
         self._keep(motion, "it starts at an unknown position")
         self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), self.lost_line)
@@ -293,8 +316,8 @@ class _Resolver:
             self.lost_line = line
         self.position = None
 
-    def _travel(self, execution: Execution, following: Event | None) -> None:
-        """A motion between known positions."""
+    def _travel(self, execution: Execution, following: Event | None, passing: bool) -> None:
+        """A motion between known positions, which begins without a stop or with one."""
         motion = execution.motion
         self.position = execution.target_rad
         limit = self.limits.of(execution)
@@ -319,6 +342,8 @@ class _Resolver:
             self.added[move.name, True] = self.first_waits
             self.first_waits = []
         self._append(move, motion.line)
+        self.in_section = True
+        self.passed |= {move.name} if passing else set()
         self.executions[move.name] = execution
 
     def _moves_outside(self, motion: Motion) -> bool:
