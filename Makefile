@@ -13,7 +13,7 @@ export UV_PYTHON_DOWNLOADS = never
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 export PYTHONUTF8 = 1
 
-.PHONY: help repro compare flow up down status test study bench docs lint
+.PHONY: licences help repro compare flow up down status test study bench docs lint
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo 'make study   set up, reproduce the larger comparisons of studies/dvc.yaml and what they depend on'
 	@echo 'make bench   set up, measure speed and memory, write benchmarks/results.json (FULL=1: whole pipeline, too)'
 	@echo 'make docs    set up, build the documentation into site/ (open site/index.html)'
+	@echo 'make licences print package, version and licence of everything that is installed, as CSV'
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
@@ -58,6 +59,9 @@ bench: $(READY)
 
 docs: $(READY)
 	@$(IN_VENV) NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --clean
+
+licences: $(READY)
+	@$(IN_VENV) $(PY) -m reproduction.licences
 
 lint: $(READY)
 	$(IN_VENV) $(PY) -m ruff check .

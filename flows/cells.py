@@ -19,7 +19,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.context import FlowRunContext
 from prefect.futures import PrefectFuture
 
-from flows.scale import RUNNERS, task_runner
+from flows.runners import RUNNERS, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from robojoule.errors import InputError, RobojouleError

@@ -1,4 +1,4 @@
-"""The desk: Prefect server, MLflow server and worker on this machine. `python -m flows.desk up`, `down` or `status`.
+"""The desk: Prefect server, MLflow server and worker on this machine: `python -m flows.desk up`, `down`, `status`.
 
 Stores, logs and process files are in `.desk`, which git ignores. Each command can be given twice.
 """
@@ -9,17 +9,19 @@ import argparse
 import os
 import subprocess
 import sys
+import time
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from flows.service import Service
+from flows.service import Service, answers
 from reproduction.layout import Layout
 from reproduction.settings import address
 from reproduction.tracking.store import open_store
 from robojoule.errors import RobojouleError
 
 POOL = "local"
+SERVICES = ("prefect-server", "mlflow-server", "prefect-worker")
 
 
 def services(layout: Layout) -> list[Service]:
@@ -66,6 +68,7 @@ def prefect_environment(layout: Layout) -> dict[str, str]:
         "PREFECT_HOME": str(layout.desk_dir.resolve() / "prefect"),
         "PREFECT_API_URL": f"{address('prefect')}/api",
         "PREFECT_UI_URL": address("prefect"),
+        "MLFLOW_TRACKING_URI": address("mlflow"),
         "PREFECT_WORKER_WEBSERVER_HOST": host,
         "PREFECT_WORKER_WEBSERVER_PORT": port,
     }
@@ -82,6 +85,9 @@ def up(layout: Layout) -> None:
     for service in services(layout):
         if service.name == "prefect-worker":
             deploy(layout)
+            if service.process() is None:
+                service.stop()  # what is left of a worker that was killed
+                close_lost(layout)
         said = "started" if service.start() else "runs already"
         print(f"{service.name:<15} {said}", flush=True)
     print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
@@ -89,26 +95,62 @@ def up(layout: Layout) -> None:
 
 def deploy(layout: Layout) -> None:
     """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
-    prefect = [sys.executable, "-m", "prefect", "--no-prompt"]
-    pool = ["work-pool", "create", POOL, "--type", "process", "--overwrite"]
-    for words in (pool, ["deploy", "--all"]):
-        done = subprocess.run(
-            [*prefect, *words],
-            cwd=layout.root,
-            env={**os.environ, **prefect_environment(layout)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode != 0:
-            lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-            raise RobojouleError(f"`prefect {' '.join(words)}` failed: {lines[-1] if lines else 'it said nothing'}")
+    prefect = ("-m", "prefect", "--no-prompt")
+    _run(layout, *prefect, "work-pool", "create", POOL, "--type", "process", "--overwrite")
+    _run(layout, *prefect, "deploy", "--all")
+
+
+def _run(layout: Layout, *words: str) -> None:
+    """Run a command of the desk's environment to its end."""
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=layout.root,
+        # prefect.yaml writes PWD into the deployments: a process started here would pass on that of its own start.
+        env={**os.environ, **prefect_environment(layout), "PWD": str(layout.root.resolve())},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+        raise RobojouleError(f"`python {' '.join(words)}` failed: {lines[-1] if lines else 'it said nothing'}")
+
+
+def run_here(layout: Layout, name: str) -> None:
+    """Become one of the programs, for a service manager that starts and ends each of them itself (deploy/).
+
+    The worker waits for its server, makes the deployments and closes what was cut off with the last worker.
+
+    Raises:
+        RobojouleError: The server does not answer, or the deployments are refused.
+    """
+    (service,) = [one for one in services(layout) if one.name == name]
+    if name == "mlflow-server" and "MLFLOW_BACKEND_STORE_URI" not in os.environ:
+        open_store(layout)
+    if name == "prefect-worker":
+        health, end = f"{address('prefect')}/api/health", time.monotonic() + service.patience_s
+        while not answers(health):
+            if time.monotonic() > end:
+                raise RobojouleError(f"no Prefect server answers at {health}")
+            time.sleep(1.0)
+        deploy(layout)
+        close_lost(layout)
+    os.chdir(service.cwd)
+    os.execve(service.command[0], list(service.command), {**os.environ, **service.environment})
+
+
+def close_lost(layout: Layout) -> None:
+    """Close the runs whose process ended with a worker that was killed."""
+    _run(layout, "-m", "flows.lost", "--pool", POOL)
 
 
 def down(layout: Layout) -> None:
     """End what `up` started, the worker first."""
     for service in reversed(services(layout)):
-        print(f"{service.name:<15} {'ended' if service.stop() else 'does not run'}", flush=True)
+        ended = service.stop()
+        if ended and service.name == "prefect-worker" and answers(f"{address('prefect')}/api/health"):
+            close_lost(layout)  # a run that was cut off counts as one, and frees its slot, from now on
+        print(f"{service.name:<15} {'ended' if ended else 'does not run'}", flush=True)
 
 
 def status(layout: Layout) -> bool:
@@ -130,13 +172,18 @@ def status(layout: Layout) -> bool:
 def main() -> None:
     """Run one command; `status` ends with exit code 3 where something does not run."""
     parser = argparse.ArgumentParser(prog="python -m flows.desk", description=__doc__.splitlines()[0])
-    parser.add_argument("command", choices=("up", "down", "status"))
+    parser.add_argument("command", choices=("up", "down", "status", "run"))
+    parser.add_argument("service", nargs="?", choices=SERVICES, help="with run: the program to become")
     parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
     arguments = parser.parse_args()
     layout = Layout(arguments.root)
     try:
         if arguments.command == "status":
             raise SystemExit(0 if status(layout) else 3)
+        if arguments.command == "run":
+            if arguments.service is None:
+                parser.error(f"run needs one of {', '.join(SERVICES)}")
+            run_here(layout, arguments.service)
         {"up": up, "down": down}[arguments.command](layout)
     except RobojouleError as error:
         raise SystemExit(f"flows.desk: {error}") from None

@@ -29,6 +29,9 @@ from prefect.artifacts import (
 )
 from prefect.cache_policies import NO_CACHE
 
+from flows import lifeline
+from flows.fan_out import fan_out
+from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from reproduction.predictors.estimators import MODELS
@@ -47,14 +50,23 @@ class StageFailed(RuntimeError):
     Args:
         stage: Name of the stage.
         bad_input: Whether the stage refused its input; then a second try would end alike.
-        output: Last lines that it printed.
+        output: Lines that it printed; the message is the stage's own sentence among them.
     """
 
     def __init__(self, stage: str, bad_input: bool, output: list[str]) -> None:
         self.stage = stage
         self.bad_input = bad_input
         self.output = output
-        super().__init__(f"stage '{stage}' failed: " + " | ".join(output[-6:]))
+        super().__init__(_sentence(stage, output))
+
+
+def _sentence(stage: str, output: list[str]) -> str:
+    """Why a stage failed: the last line that begins with its name, or else the last that is not DVC's own."""
+    own = [line for line in output if line.startswith(f"{stage}: ")]
+    others = [line for line in output if not line.startswith(("ERROR: failed to reproduce", "Running stage", "> "))]
+    if own and any("failed to reproduce" in line for line in output):
+        return own[-1]
+    return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without a word'}"
 
 
 def stage_names(root: Path) -> list[str]:
@@ -122,8 +134,9 @@ def reproduce_stage(stage: str, root: Path, force: bool = False) -> str:
     paths = [str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]
     command = [sys.executable, "-m", "dvc", "repro", "--single-item", *(["--force"] if force else []), stage]
     process = subprocess.Popen(
-        command,
+        [sys.executable, str(Path(lifeline.__file__)), *command],
         cwd=root,
+        stdin=subprocess.PIPE,  # held open: when this process is gone, the stage ends
         env={**os.environ, "PATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -157,8 +170,10 @@ def publish_table(root: Path) -> int:
     """
     with (Layout(root).tables_dir / "table_6_1.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
+    trees = sorted({row["trees"] for row in rows if row.get("trees")}, key=float)
+    counted = f", {' to '.join(trees)} trees" if trees else ""
     create_table_artifact(
-        key="table-6-1", table=rows, description="Table 6.1: energy saved at equal cycle time (Eq. 6.1), 30 trees"
+        key="table-6-1", table=rows, description=f"Table 6.1: energy saved at equal cycle time (Eq. 6.1){counted}"
     )
     return len(rows)
 
@@ -197,6 +212,9 @@ def pipeline(
     force: bool = False,
     stage_timeout_s: float = STAGE_TIMEOUT_S,
     mlflow_ui: str = MLFLOW_UI,
+    runner: str | None = None,
+    workers: int = 2,
+    address: str | None = None,
 ) -> dict[str, str]:
     """Bring all stages up to date and publish progress, Table 6.1 and the training runs.
 
@@ -205,17 +223,25 @@ def pipeline(
         force: Run every stage even if nothing changed.
         stage_timeout_s: Longest time of one stage. [s]
         mlflow_ui: Address at which `mlflow ui` will listen, for the links.
+        runner: Task runner on which the shards of `simulate_motions` are made: processes, threads, dask or ray. The
+            stage makes them itself if not given.
+        workers: Number of processes or threads here.
+        address: Address of a Dask or Ray cluster that sees this folder.
 
     Returns:
         Stage -> "ran" or "unchanged".
 
     Raises:
         StageFailed: A stage ended with an error, also on its second try.
+        InputError: Bad runner, or bad parameters.
     """
+    tasks = None if runner is None else task_runner(runner, workers, address)
     names = stage_names(root)
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(names)} stages")
     outcome: dict[str, str] = {}
     for done, name in enumerate(names, start=1):
+        if name == "simulate_motions" and tasks is not None:
+            fan_out(root, tasks, force)
         outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(name, root, force)
         update_progress_artifact(
             progress,
@@ -232,10 +258,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m flows.pipeline", description="The pipeline as a Prefect flow.")
     parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
+    add_runner(parser, None)
     arguments = parser.parse_args()
     try:
         with prefect_server(Layout(arguments.root)):
-            pipeline(arguments.root, force=arguments.force)
+            pipeline(
+                arguments.root,
+                force=arguments.force,
+                runner=arguments.runner,
+                workers=arguments.workers,
+                address=arguments.address,
+            )
     except (StageFailed, RobojouleError) as error:
         raise SystemExit(f"flows.pipeline: {error}") from None
 

@@ -7,62 +7,21 @@ that are missing (see `reproduction.motions.shards`). Prefect starts the tasks a
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 from prefect import flow, get_run_logger, task
 from prefect.cache_policies import NO_CACHE
 from prefect.futures import as_completed
-from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
 from threadpoolctl import threadpool_limits
 
+from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
-from reproduction.pools import end_with_parent
 from robojoule.documents import parse
 from robojoule.errors import InputError, RobojouleError
-
-CLUSTERS = {"dask": ("prefect_dask", "DaskTaskRunner"), "ray": ("prefect_ray", "RayTaskRunner")}
-RUNNERS = ("processes", "threads", *CLUSTERS)
-
-
-def task_runner(name: str, workers: int = 1, address: str | None = None) -> TaskRunner[Any]:
-    """A task runner of Prefect by its name.
-
-    Args:
-        name: One of `RUNNERS`.
-        workers: Number of processes or threads here; a cluster has its own.
-        address: Address of a Dask or Ray cluster; a temporary one on this machine if not given.
-
-    Raises:
-        InputError: Unknown name, no worker, an address without a cluster, or a package that is not installed.
-    """
-    if workers < 1:
-        raise InputError(f"{workers} is not a number of workers", key="workers", allowed="1 or more")
-    if name not in RUNNERS:
-        raise InputError(f"unknown task runner '{name}'", key="runner", allowed=", ".join(RUNNERS))
-    if name in CLUSTERS:
-        package, kind = CLUSTERS[name]
-        try:
-            runner = getattr(import_module(package), kind)
-        except ImportError:
-            wanted = package.replace("_", "-")
-            raise InputError(
-                f"the task runner '{name}' needs the package {wanted}, which is not installed",
-                key="runner",
-                allowed=f"{', '.join(RUNNERS[:2])}, or any after `pip install {wanted}`",
-            ) from None
-        return runner(address=address)  # type: ignore[no-any-return]
-    if address is not None:
-        raise InputError(f"the task runner '{name}' works on this machine", key="address", allowed="dask or ray")
-    if name == "threads":
-        return ThreadPoolTaskRunner(max_workers=workers)
-    return ProcessPoolTaskRunner(max_workers=workers, initializer=end_with_parent, initargs=(os.getpid(),))
 
 
 @task(cache_policy=NO_CACHE, persist_result=False)
@@ -122,9 +81,7 @@ def main() -> None:
     parser.add_argument(
         "--shard-motions", type=int, default=10000, metavar="N", help="motions per shard (default: 10000)"
     )
-    parser.add_argument("--runner", default="processes", help=f"task runner: {', '.join(RUNNERS)} (default: processes)")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="processes or threads")
-    parser.add_argument("--address", help="address of a Dask or Ray cluster")
+    add_runner(parser, "processes")
     arguments = parser.parse_args()
     try:
         description = {

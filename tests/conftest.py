@@ -18,13 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from xdist.scheduler import LoadFileScheduling
 
 import stages  # noqa: F401  before numpy: this process and those that tests start compute with the same instructions
 from reproduction.settings import apply_settings
-
-ROOT = Path(__file__).resolve().parent.parent
+from tests.toy import ROOT, make_toy
 
 # Before anything imports Prefect or MLflow: nothing of the user's settings is read or written, nothing is looked up.
 _PREFECT_HOME = tempfile.mkdtemp(prefix="prefect-home-")
@@ -35,26 +33,6 @@ os.environ.update(
     PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW="ignore",
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
 )
-
-# What the toy project takes beside the code.
-COPIED = (
-    *(".dvc/config", ".dvc/.gitignore", ".dvcignore", ".gitignore", "reports/.gitignore"),
-    *(f"{folder}/{name}" for folder in ("data", "models") for name in (".gitignore", "README.md")),
-    *("dvc.yaml", "versions.yaml", "prefect.yaml", "pyproject.toml", "desk.env", "studies/dvc.lock"),
-    *("studies/dvc.yaml", "studies/params.yaml"),
-)
-
-TOY_PARAMS = {
-    "generate_trees": {"trees": 6, "test_fraction": 0.34, "experiment_trees": 3, "points": 2, "budget_rad": [1.0, 3.0]},
-    "simulate_motions": {"speed_limits_percent": [10, 25, 40, 55, 70, 85, 100], "shard_motions": 20},
-    "train_predictors": {"random_forest": {"n_estimators": 8}, "neural_network": {"max_epochs": 30}},
-    "evaluate_plans": {
-        "relaxations_percent": [110, 150],
-        "dense_speed_limits": 90,
-        "payload_sensitivity_kg": [10],
-    },
-}
-
 
 # Fixtures that take long to set up and serve tests of several files, as a parameter of a test.
 EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
@@ -97,14 +75,6 @@ def pytest_unconfigure() -> None:
     shutil.rmtree(_PREFECT_HOME, ignore_errors=True)
 
 
-def merge(base: dict, changes: dict) -> dict:
-    """`base` with the leaves of `changes` in place."""
-    result = dict(base)
-    for key, value in changes.items():
-        result[key] = merge(base[key], value) if isinstance(value, dict) else value
-    return result
-
-
 def run(*command: str, cwd: Path, code: int | None = 0) -> subprocess.CompletedProcess[str]:
     """Run a command to its end; its output is part of the failure if it does not end with `code`."""
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
@@ -115,20 +85,7 @@ def run(*command: str, cwd: Path, code: int | None = 0) -> subprocess.CompletedP
 @pytest.fixture(scope="session")
 def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project in a Git repository of its own, with parameters for a few trees; the name has a space."""
-    folder = tmp_path_factory.mktemp("toy") / "robo joule"
-    folder.mkdir()
-    for name in ("robojoule", "reproduction", "stages", "flows"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "studies/tables", folder / "studies/tables")
-    for name in COPIED:
-        (folder / name).parent.mkdir(exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    params = merge(yaml.safe_load((ROOT / "params.yaml").read_text(encoding="utf-8")), TOY_PARAMS)
-    (folder / "params.yaml").write_text(yaml.safe_dump(params, sort_keys=False), encoding="utf-8")
-    run("git", "init", "-q", cwd=folder)
-    run("git", "add", "-A", cwd=folder)
-    run("git", "-c", "user.name=toy", "-c", "user.email=toy@example.org", "commit", "-qm", "Toy", cwd=folder)
-    return folder
+    return make_toy(tmp_path_factory.mktemp("toy") / "robo joule")
 
 
 @pytest.fixture(scope="session")

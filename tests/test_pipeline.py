@@ -11,9 +11,10 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from tests.conftest import ROOT, merge, run
+from tests.conftest import ROOT, run
 from tests.test_dvc_files import PIPELINE, entries, pipeline
 from tests.test_house import unknown_columns
+from tests.toy import merge
 
 
 def outputs() -> list[str]:

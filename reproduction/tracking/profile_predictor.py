@@ -70,21 +70,35 @@ def record_profile_predictor(
         if not passed:
             mlflow.log_artifacts(folder, "rejected")
             return f"{MODEL}, recorded in MLflow, refused by its gate"
-        predictor = load_profile_predictor(folder)
-        logged = mlflow.pyfunc.log_model(
-            name=MODEL,
-            python_model=str(MODEL_CODE),
-            artifacts={"predictor": folder},
-            signature=_signature(len(predictor.nominal.gear_ratio)),
-            pip_requirements=[f"{package}=={version(package)}" for package in ("numpy", "pandas", "pin", "ruckig")],
-            registered_model_name=REGISTERED,
-        )
-        number = str(logged.registered_model_version)
-        again = mlflow.pyfunc.load_model(f"models:/{REGISTERED}/{number}").unwrap_python_model().predictor
-        if not np.array_equal(again.calibration.x, predictor.calibration.x):
-            raise RobojouleError(f"models:/{REGISTERED}/{number} is another model than the one that was judged")
-        promote(mlflow, REGISTERED, number)
+        register_predictor(mlflow, folder, REGISTERED)
     return f"{MODEL}, recorded in MLflow and registered"
+
+
+def register_predictor(mlflow: Any, folder: str, name: str) -> None:
+    """Register a predictor, read it back, and make it the champion; within a run.
+
+    Args:
+        mlflow: MLflow, connected to the store.
+        folder: The predictor's files.
+        name: Name of the registered model.
+
+    Raises:
+        RobojouleError: What was registered is another model.
+    """
+    predictor = load_profile_predictor(folder)
+    logged = mlflow.pyfunc.log_model(
+        name=MODEL,
+        python_model=str(MODEL_CODE),
+        artifacts={"predictor": folder},
+        signature=_signature(len(predictor.nominal.gear_ratio)),
+        pip_requirements=[f"{package}=={version(package)}" for package in ("numpy", "pandas", "pin", "ruckig")],
+        registered_model_name=name,
+    )
+    number = str(logged.registered_model_version)
+    again = mlflow.pyfunc.load_model(f"models:/{name}/{number}").unwrap_python_model().predictor
+    if not np.array_equal(again.calibration.x, predictor.calibration.x):
+        raise RobojouleError(f"models:/{name}/{number} is another model than the one that was judged")
+    promote(mlflow, name, number)
 
 
 def _signature(joints: int) -> object:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from flows.scale import scale, task_runner
+from flows.runners import task_runner
+from flows.scale import scale
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse, read_document
 from robojoule.errors import InputError
@@ -72,8 +73,6 @@ def test_a_killed_run_goes_on_where_it_stopped(tmp_path: Path, prefect_server: s
 @pytest.mark.parametrize(
     ("runner", "workers", "address", "message"),
     [
-        ("dask", 2, None, "'dask' needs the package prefect-dask, which is not installed"),
-        ("ray", 2, None, "'ray' needs the package prefect-ray, which is not installed"),
         ("cluster", 2, None, "unknown task runner 'cluster'; allowed: processes, threads, dask, ray"),
         ("threads", 0, None, "0 is not a number of workers; allowed: 1 or more"),
         ("processes", 2, "tcp://host:8786", "'processes' works on this machine; allowed: dask or ray"),
@@ -83,6 +82,13 @@ def test_runners_that_cannot_be_had_are_refused(runner: str, workers: int, addre
     with pytest.raises(InputError) as caught:
         task_runner(runner, workers, address)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["dask", "ray"])
+def test_a_runner_whose_package_is_not_installed_names_its_extra(monkeypatch: pytest.MonkeyPatch, name: str):
+    monkeypatch.setitem(sys.modules, f"prefect_{name}", None)
+    with pytest.raises(InputError, match=f"needs the package prefect-{name}.*pip install 'robojoule.{name}.'"):
+        task_runner(name)
 
 
 def test_bad_input_ends_with_one_sentence_before_anything_starts(tmp_path: Path):

@@ -1,69 +1,193 @@
-"""The schedule for real: server, pool, deployment, worker, and one scheduled run of all stages."""
+"""Deployments for real: server, worker, a scheduled night, a failing run and its alert, kills, and systemd's units."""
 
+import configparser
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
+import psutil
 import pytest
-import yaml
 
-from tests.conftest import Background, run, wait_for
+from flows.service import answers
+from tests.conftest import ROOT, Background, run, wait_for
+from tests.flows.test_desk import desk, ports, processes  # noqa: F401  ports is a fixture
 from tests.flows.test_pipeline import artifacts, post
 
-
-@contextmanager
-def forced(path: Path) -> Iterator[None]:
-    """The deployment file, for a while, with runs that execute every stage."""
-    text = path.read_text(encoding="utf-8")
-    document = yaml.safe_load(text)
-    document["deployments"][0]["parameters"] = {"force": True}
-    path.write_text(yaml.safe_dump(document), encoding="utf-8")
-    try:
-        yield
-    finally:
-        path.write_text(text, encoding="utf-8")
+PATIENCE_S = 900.0  # for conditions, not a measure of anything: machines may be slow
 
 
-def test_a_scheduled_run_repeats_all_stages_with_the_same_bytes(
-    reproduced: Path, prefect_server: str, background: Background, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    """Server (up already), pool, deployment, worker and a second schedule as described; the run is forced.
-
-    It must execute every stage, leave `dvc.lock` as `dvc repro` wrote it, and publish its artifacts.
-    """
-    lock = (reproduced / "dvc.lock").read_bytes()
+@pytest.fixture
+def project(reproduced: Path, tmp_path: Path, ports: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:  # noqa: F811
+    """A copy of the reproduced project with its results committed, and the desk's addresses in the environment."""
     monkeypatch.setenv("PREFECT_WORKER_QUERY_SECONDS", "2")
-    soon = datetime.now(UTC) + timedelta(seconds=30)
-    schedule = f"--interval 7200 --anchor-date {soon:%Y-%m-%dT%H:%M:%S}"
-    commands = [
-        "prefect work-pool create local --type process",
-        "prefect --no-prompt deploy --all",
-        "prefect worker start --pool local &",
-        f"prefect deployment schedule create pipeline/nightly {schedule}",
-    ]
-    for number, command in enumerate(commands):
-        if command.endswith("&"):
-            background.start(command.removesuffix("&"), reproduced, tmp_path / f"{number}.log")
-        else:
-            with forced(reproduced / "prefect.yaml"):
-                run("bash", "-c", command, cwd=reproduced)
+    folder = tmp_path / "project"
+    shutil.copytree(reproduced, folder, symlinks=True, ignore=shutil.ignore_patterns(".desk"))
+    run("git", "add", "-A", cwd=folder)
+    run("git", "-c", "user.name=toy", "-c", "user.email=toy@example.org", "commit", "-qm", "Results", cwd=folder)
+    yield folder
+    desk(folder, "down")
 
-    ended = {"flow_runs": {"state": {"type": {"any_": ["COMPLETED", "FAILED", "CRASHED"]}}}}
 
-    def scheduled_runs() -> list[dict]:
-        return [found for found in post(prefect_server, "flow_runs/filter", ended) if found["auto_scheduled"]]
+class Runs:
+    """Runs on the desk's server."""
 
-    wait_for("end of the scheduled run", lambda: bool(scheduled_runs()), 300)
-    (found,) = scheduled_runs()
-    assert found["state"]["type"] == "COMPLETED", found["state"]
-    assert (reproduced / "dvc.lock").read_bytes() == lock
+    def __init__(self, port: str) -> None:
+        self.api = f"http://127.0.0.1:{port}/api"
 
-    for key in ("stages", "table-6-1", "training-runs"):
-        assert found["id"] == artifacts(prefect_server, key)[0]["flow_run_id"]
-    assert artifacts(prefect_server, "stages")[0]["data"] == 100.0
-    assert "/runs/" in artifacts(prefect_server, "training-runs")[0]["data"]
-    wanted = {"logs": {"flow_run_id": {"any_": [found["id"]]}}, "limit": 200, "sort": "TIMESTAMP_ASC"}
-    messages = [entry["message"] for entry in post(prefect_server, "logs/filter", wanted)]
-    stages = yaml.safe_load((reproduced / "dvc.yaml").read_text(encoding="utf-8"))["stages"]
-    assert [m for m in messages if m.startswith("Running stage")] == [f"Running stage '{name}':" for name in stages]
+    def start(self, project: Path, deployment: str, *words: str) -> str:
+        """Ask for a run; returns its id."""
+        said = run(
+            *("env", f"PREFECT_API_URL={self.api}", "prefect", "deployment", "run", deployment, *words), cwd=project
+        ).stdout
+        return next(word for word in said.replace("/", " ").split() if word.count("-") == 4 and len(word) == 36)
+
+    def get(self, identifier: str) -> dict[str, Any]:
+        (found,) = post(self.api, "flow_runs/filter", {"flow_runs": {"id": {"any_": [identifier]}}})
+        return found
+
+    def open(self) -> list[dict[str, Any]]:
+        kinds = ["RUNNING", "PENDING", "CANCELLING"]
+        return post(self.api, "flow_runs/filter", {"flow_runs": {"state": {"type": {"any_": kinds}}}})
+
+    def wait(self, identifier: str, *kinds: str) -> dict[str, Any]:
+        wait_for(f"{' or '.join(kinds)}", lambda: self.get(identifier)["state"]["type"] in kinds, PATIENCE_S)
+        return self.get(identifier)
+
+    def scheduled(self) -> list[dict[str, Any]]:
+        ended = {"state": {"type": {"any_": ["COMPLETED", "FAILED", "CRASHED"]}}}
+        return [one for one in post(self.api, "flow_runs/filter", {"flow_runs": ended}) if one["auto_scheduled"]]
+
+
+def below(project: Path) -> list[psutil.Process]:
+    """Processes that work in clones of the project."""
+    found = []
+    for process in psutil.process_iter():
+        try:
+            if str(project / ".desk/clones") in process.cwd():
+                found.append(process)
+        except (psutil.Error, OSError):
+            continue
+    return found
+
+
+def test_nights_failures_and_kills(project: Path, ports: dict[str, str]):  # noqa: F811
+    runs = Runs(ports["PREFECT_SERVER_API_PORT"])
+    desk(project, "up")
+    for deployment in post(runs.api, "deployments/filter", {}):
+        (step,) = deployment["pull_steps"]
+        assert step["prefect.deployments.steps.set_working_directory"]["directory"] == str(project)
+
+    # A night by its schedule: every stage runs again in a clone, and nothing differs from what is committed.
+    soon = datetime.now(UTC) + timedelta(seconds=15)
+    schedule = ["--interval", "7200", "--anchor-date", f"{soon:%Y-%m-%dT%H:%M:%S}"]
+    command = ["prefect", "deployment", "schedule", "create", "pipeline-nightly/pipeline-nightly", *schedule]
+    run("env", f"PREFECT_API_URL={runs.api}", *command, cwd=project)
+    wait_for("end of the scheduled run", lambda: bool(runs.scheduled()), PATIENCE_S)
+    (night,) = runs.scheduled()
+    assert night["state"]["type"] == "COMPLETED", night["state"]
+    assert "committed bytes" in artifacts(runs.api, "drift")[0]["data"]
+    assert artifacts(runs.api, "stages")[0]["data"] == 100.0
+    table = artifacts(runs.api, "table-6-1")[0]
+    assert table["description"].endswith(", 3 trees") and len(json.loads(table["data"])) > 10
+    assert run("git", "status", "--porcelain", cwd=project).stdout == ""
+    assert "/runs/" in artifacts(runs.api, "training-runs")[0]["data"]
+
+    # Bad input: the run fails with its sentence at once, and is told of.
+    asked = runs.start(project, "pipeline-on-demand/pipeline-on-demand", "-p", "payload_kg=99")
+    failed = runs.wait(asked, "FAILED", "COMPLETED", "CRASHED")
+    sentence = "robot.payload_kg: a payload of 99 kg is more than kuka_kr16_r2010_2 is rated for; allowed: 0 to 16 kg"
+    assert failed["state"]["type"] == "FAILED" and sentence in failed["state"]["message"]
+    alerts = project / ".desk/alerts.jsonl"
+    wait_for("the alert", alerts.exists, PATIENCE_S)
+    told = json.loads(alerts.read_text(encoding="utf-8").splitlines()[0])
+    assert (told["run"], told["state"]) == (failed["name"], "Failed") and sentence in told["message"]
+
+    # The process of a flow is killed: its stage ends with it, the worker closes the run.
+    killed = runs.start(project, "pipeline-nightly/pipeline-nightly")
+    wait_for("a stage", lambda: any("stages." in " ".join(one.cmdline()) for one in below(project)), PATIENCE_S)
+    os.kill(int(runs.get(killed)["infrastructure_pid"]), signal.SIGKILL)
+    runs.wait(killed, "CRASHED")
+    wait_for("end of the stage", lambda: not below(project), 60)
+
+    # Everything is killed in the middle of a run, as by a switched-off machine.
+    lost = runs.start(project, "pipeline-nightly/pipeline-nightly")
+    wait_for("a stage", lambda: any("stages." in " ".join(one.cmdline()) for one in below(project)), PATIENCE_S)
+    for pid in (int(runs.get(lost)["infrastructure_pid"]), *processes(project).values()):
+        os.kill(pid, signal.SIGKILL)
+    wait_for("end of the stage", lambda: not below(project), 60)
+    desk(project, "up")
+    closed = runs.get(lost)
+    assert closed["state"]["type"] == "CRASHED" and "was gone" in closed["state"]["message"]
+    assert runs.open() == []
+
+    # Its slot is free, and a worker that is ended in the middle of a run leaves neither process nor open run.
+    last = runs.start(project, "pipeline-nightly/pipeline-nightly")
+    wait_for("a stage", lambda: any("stages." in " ".join(one.cmdline()) for one in below(project)), PATIENCE_S)
+    desk(project, "down")
+    assert below(project) == []
+    desk(project, "up")
+    assert runs.get(last)["state"]["type"] == "CRASHED"
+
+
+def unit(name: str, project: Path) -> dict[str, str]:
+    """The service section of a unit, for a project in another folder."""
+    text = (ROOT / f"deploy/{name}.service").read_text(encoding="utf-8")
+    parser = configparser.ConfigParser(interpolation=None, strict=False)
+    parser.optionxform = str  # type: ignore[assignment,method-assign]
+    parser.read_string(text.replace("/srv/robojoule/.venv/bin/python", sys.executable))
+    return {key: value.replace("/srv/robojoule", str(project)) for key, value in parser["Service"].items()}
+
+
+UNITS = ("robojoule-prefect", "robojoule-mlflow", "robojoule-worker")
+
+
+def test_the_units_of_systemd_start_and_end_cleanly(
+    project: Path,
+    ports: dict[str, str],  # noqa: F811
+    background: Background,
+    tmp_path: Path,
+):
+    """Each command as systemd starts it, in the order of its dependencies; SIGTERM to the main process alone."""
+    health = (
+        f"http://127.0.0.1:{ports['PREFECT_SERVER_API_PORT']}/api/health",
+        f"http://127.0.0.1:{ports['MLFLOW_PORT']}/health",
+        f"http://127.0.0.1:{ports['PREFECT_WORKER_WEBSERVER_PORT']}/health",
+    )
+    started = []
+    for name, url in zip(UNITS, health, strict=True):
+        service = unit(name, project)
+        assert Path(service["EnvironmentFile"]).exists()
+        folder = Path(service["WorkingDirectory"])
+        process = background.start(service["ExecStart"], folder, tmp_path / f"{name}.log")
+        wait_for(name, lambda url=url: answers(url), PATIENCE_S)
+        started.append((name, process, service))
+    assert len(post(f"{health[0].removesuffix('/health')}", "deployments/filter", {})) >= 2
+    for name, process, service in reversed(started):
+        assert service["KillMode"] == "mixed"
+        children = psutil.Process(process.pid).children(recursive=True)
+        process.send_signal(signal.SIGTERM)
+        process.wait(timeout=float(service["TimeoutStopSec"]))
+        assert process.returncode in (0, -signal.SIGTERM), (tmp_path / f"{name}.log").read_text(encoding="utf-8")[-500:]
+        psutil.wait_procs(children, timeout=10)
+
+
+def test_systemd_finds_nothing_wrong_with_the_units(tmp_path: Path):
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("there is no systemd-analyze")
+    for name in UNITS:
+        text = (ROOT / f"deploy/{name}.service").read_text(encoding="utf-8")
+        (tmp_path / f"{name}.service").write_text(
+            text.replace("/srv/robojoule/.venv/bin/python", sys.executable).replace("User=robojoule\n", ""),
+            encoding="utf-8",
+        )
+    words = ["systemd-analyze", "verify", *(str(tmp_path / f"{name}.service") for name in UNITS)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    said = [line for line in done.stderr.splitlines() if "robojoule" in line]
+    assert said == []

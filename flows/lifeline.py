@@ -1,0 +1,33 @@
+"""A command that ends with the process that started it, however that ends: `python flows/lifeline.py COMMAND ...`.
+
+That process holds the other end of the standard input and writes nothing: when it is gone, the pipe ends, and the
+command is killed with its whole process group. Started by its path, as it needs nothing of the project and has to
+start at once.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+
+def _end_with_the_pipe() -> None:
+    while os.read(0, 1024):
+        pass
+    os.killpg(0, signal.SIGKILL)
+
+
+def main() -> None:
+    """Run the command; its exit code is this one's."""
+    if os.getpgrp() != os.getpid():
+        os.setpgid(0, 0)
+    process = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+    threading.Thread(target=_end_with_the_pipe, daemon=True).start()
+    raise SystemExit(process.wait())
+
+
+if __name__ == "__main__":
+    main()
