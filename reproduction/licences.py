@@ -19,14 +19,16 @@ def installed_licences() -> list[tuple[str, str, str]]:
 def _licence(package: Distribution) -> str:
     """SPDX expression, else classifiers, else the first line of the free text, else that of the file."""
     said = package.metadata
-    if expression := said.get("License-Expression"):
-        return expression
+    if expression := said.get_all("License-Expression"):
+        return str(expression[0])
     classified = [line.removeprefix(_CLASSIFIER) for line in said.get_all("Classifier") or [] if _CLASSIFIER in line]
     if classified:
         return "; ".join(line.rpartition(" :: ")[2] for line in classified)
-    text = said.get("License") or ""
+    text = "".join(said.get_all("License") or [])
     if not text.strip():
-        files = [path for path in package.files or [] if path.name.upper().startswith(("LICENSE", "LICENCE", "COPYING"))]
+        files = [
+            path for path in package.files or [] if path.name.upper().startswith(("LICENSE", "LICENCE", "COPYING"))
+        ]
         text = files[0].read_text() if files else ""
     return next((line.strip() for line in text.splitlines() if line.strip()), "not stated")[:80]
 

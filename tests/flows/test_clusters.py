@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -34,8 +35,8 @@ def dask(background: Background, folder: Path) -> str:
 
 def ray(background: Background, folder: Path) -> str:
     """Address of a head node with two processors."""
-    port = free_port()
-    words = f"--port {port} --node-ip-address 127.0.0.1 --num-cpus 2 --include-dashboard false --temp-dir {folder}/ray"
+    port, own = free_port(), tempfile.mkdtemp(prefix="ray-")  # sockets bear no long paths
+    words = f"--port {port} --node-ip-address 127.0.0.1 --num-cpus 2 --include-dashboard false --temp-dir {own}"
     background.start(f"ray start --head --block --disable-usage-stats {words}", folder, folder / "ray.log")
     wait_for("Ray", lambda: "Ray runtime started" in (folder / "ray.log").read_text(encoding="utf-8"), STARTED)
     return f"127.0.0.1:{port}"

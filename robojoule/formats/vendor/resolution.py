@@ -178,7 +178,9 @@ class _Resolver:
         elif isinstance(event, Wait):
             self._wait(event)
         elif isinstance(event, Unknown):
-            self._note(event.line, event.what)
+            self._note(
+                event.line, f"{event.what}{'; if it does not, --wait gives its length' if event.may_stand else ''}"
+            )
             self._lose(event.line)
         elif isinstance(event, CycleStart):
             if self.executions:

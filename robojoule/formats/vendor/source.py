@@ -16,13 +16,21 @@ from robojoule.formats.vendor.resolution import Resolution, resolve
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
-from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
+from robojoule.formats.vendor.trace import Beside, Event, Trace, Unknown, VendorProgram, Wait, Wish
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 SAME_S = 1e-9  # of waits: rounding
+_NO_STATEMENT = -1  # of what stands for something that was not understood
 LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
+
+
+def _is_open(event: Event) -> bool:
+    """Whether something may let the robot stand for a time that nobody knows."""
+    if isinstance(event, Unknown):
+        return event.may_stand
+    return isinstance(event, Wait) and event.duration_s is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +59,22 @@ class VendorSource:
             raise self._placed(error) from None
 
     def _with_waits(self, trace: Trace) -> Trace:
-        """The trace with the waits that are given beside it."""
+        """The trace with the waits that are given beside it; what is given a length does not move the robot."""
         given = self.beside.waits_s
-        open_lines = {one.line for one in trace.events if isinstance(one, Wait) and one.duration_s is None}
+        open_lines = {one.line for one in trace.events if _is_open(one)}
         for line in given:
             if line not in open_lines:
                 known = ", ".join(map(str, sorted(open_lines))) or "there is none"
-                raise InputError("no wait of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
-        events = tuple(
-            replace(one, duration_s=given[one.line])
-            if isinstance(one, Wait) and one.duration_s is None and one.line in given
-            else one
-            for one in trace.events
-        )
-        return replace(trace, events=events)
+                raise InputError("nothing of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+        events: list[Event] = []
+        for one in trace.events:
+            if isinstance(one, Wait) and _is_open(one) and one.line in given:
+                events.append(replace(one, duration_s=given[one.line]))
+            elif isinstance(one, Unknown) and _is_open(one) and one.line in given:
+                events.append(Wait(_NO_STATEMENT, one.line, given[one.line], one.what))
+            else:
+                events.append(one)
+        return replace(trace, events=tuple(events))
 
     @cached_property
     def resolution(self) -> Resolution:

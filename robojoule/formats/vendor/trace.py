@@ -178,10 +178,18 @@ class Load:
 
 @dataclass(frozen=True)
 class Unknown:
-    """Something that was not understood and may have moved the robot: its position is not known behind it."""
+    """Something that was not understood and may have moved the robot: its position is not known behind it.
+
+    Attributes:
+        line: Its line.
+        what: What it is.
+        may_stand: Whether the robot may stand instead, as a call of a gripper's program lets it: then a length that is
+            given beside the program makes it a wait.
+    """
 
     line: int
     what: str
+    may_stand: bool = False
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,10 @@ def test_the_robots_agree_on_a_pose():
     assert len(chosen) == 1 and chosen <= {"place 1", "place 2"}
 
 
+def test_each_program_says_for_which_cycle_time_it_was_planned():
+    assert {program.tree.planned_cycle_s for program in plan_of_three().programs} == {round(three().cycle_time_s, 6)}
+
+
 def test_each_program_by_itself_takes_what_the_plan_says():
     """Oracle: the simulation of single programs, which knows nothing of cells."""
     cell, plan = three(), plan_of_three()

@@ -68,6 +68,7 @@ class Machine(Flow):
         self.routines = {routine.name: routine for routine in routines}
         self.frames = frames
         self.beside = frames.beside
+        self.still = frames.beside.still
         self.carried: Payload | None = None
         self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
@@ -300,8 +301,8 @@ class Machine(Flow):
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
-        elif name not in HARMLESS and name not in self.frames.beside.still:
-            self.unknown(line, f"{name}() is not in this file, it may move the robot")
+        elif name not in HARMLESS and name not in self.still:
+            self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""
