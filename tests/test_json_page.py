@@ -29,11 +29,20 @@ COMMANDS = {
     "pareto": ["cycle.yaml", *KR16],
     "identify": ["log.csv", "--robot", "kuka_kr16_r2010_2"],
     "cell solve": ["cell.yaml", "--out", "plan.json"],
+    "cell solve robot_cell.yaml": ["--time-limit", "900", "--gap", "1", "--quiet", "--out", "table.json"],
     "cell check": ["cell.yaml", "plan.json"],
+    "cell check robot_cell.yaml": ["table.json"],
     "cell gantt": ["cell.yaml", "plan.json", "--plot", "plan.svg"],
     "example": [],
 }
-NAMES_OF_DATA = ("parts_j", "examples", "provenance", "notes", "lumped_links")  # their keys are names themselves
+NAMES_OF_DATA = (
+    "parts_j",
+    "examples",
+    "provenance",
+    "notes",
+    "lumped_links",
+    "starts_s",
+)  # their keys are names themselves
 
 
 def keys(data: Any) -> set[str]:
@@ -52,7 +61,7 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
     csv.write_csv(pa.table(columns), folder / "log.csv")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        for name in ("cycle.yaml", "cell.yaml"):
+        for name in ("cycle.yaml", "cell.yaml", "robot_cell.yaml"):
             assert main(["example", name]) == 0
         return {command: keys(output(command, words)) for command, words in COMMANDS.items()}
 

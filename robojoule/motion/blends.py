@@ -21,7 +21,6 @@ from robojoule.errors import InputError
 from robojoule.motion.blend_samples import BlendSamples, sampled
 from robojoule.motion.blend_timing import BlendTiming, BlendVelocities
 from robojoule.motion.corners import Chain, Corners
-from robojoule.motion.dynamics import path_torques
 from robojoule.motion.groups import summed_runs
 from robojoule.motion.inverse import limits_for
 from robojoule.motion.simulation import OWN_ENGINES, Engines, MotionPaths, MotionRuns
@@ -40,7 +39,6 @@ class BlendedPaths:
         move_range: Lowest and highest speed limit of each move, each of shape (K,); any if not given. [-]
         controller: The controller's model of the robot, by which it plans; the robot itself if not given.
         engines: What computes inverse dynamics; time laws have a closed form.
-        half_s: Half lengths of all corners, where they are known already. [s]
 
     Raises:
         InputError: Gravity and friction take all that a joint has in the poses of a corner.
@@ -53,25 +51,32 @@ class BlendedPaths:
         move_range: tuple[Array, Array] | None = None,
         controller: Robot | None = None,
         engines: Engines = OWN_ENGINES,
-        half_s: Array | None = None,
     ) -> None:
-        self.robot, self.controller, self.engines = robot, controller, engines
-        self.chains = tuple(chains)
-        counts = np.array([len(chain.points_rad) - 1 for chain in self.chains])
+        planner = robot if controller is None else controller
+        corners = Corners.of(planner, chains)
+        legs = MotionPaths(robot, corners.start_rad, corners.end_rad, controller, engines)
+        self._take(
+            tuple(chains), move_range, corners, legs, MotionPaths.along(robot, corners.pieces, controller, engines)
+        )
+
+    def _take(
+        self,
+        chains: tuple[Chain, ...],
+        move_range: tuple[Array, Array] | None,
+        corners: Corners,
+        legs: MotionPaths,
+        pieces: MotionPaths,
+    ) -> None:
+        self.robot, self.chains = legs.robot, chains
+        self.corners, self.legs, self.pieces = corners, legs, pieces
+        counts = np.array([len(chain.points_rad) - 1 for chain in chains])
         moves = int(counts.sum())
         self.move_range = (np.zeros(moves), np.ones(moves)) if move_range is None else move_range
         self._single = np.repeat(counts == 1, counts)  # moves that are whole motions
         self._chain = np.repeat(np.arange(len(counts)), counts)
-        planner = robot if controller is None else controller
-        self.corners = Corners.of(planner, self.chains, half_s)
-        self.legs = MotionPaths(robot, self.corners.start_rad, self.corners.end_rad, controller, engines)
-        self.pieces = MotionPaths.along(robot, self.corners.pieces, controller, engines)
-        torques = self.pieces.torques
-        if controller is not None:
-            torques = path_torques(controller, self.corners.pieces, engine=engines.inverse_dynamics)
-        self.timing = BlendTiming(self.legs.timing, self.corners, torques)
-        firsts = np.searchsorted(self.corners.chain, np.arange(len(counts)))
-        self._ends = firsts, np.append(firsts[1:], len(self.corners.chain)) - 1
+        self.timing = BlendTiming(legs.timing, corners, pieces.timing.torques)
+        firsts = np.searchsorted(corners.chain, np.arange(len(counts)))
+        self._ends = firsts, np.append(firsts[1:], len(corners.chain)) - 1
 
     @property
     def motions(self) -> int:
@@ -108,11 +113,14 @@ class BlendedPaths:
     def subset(self, rows: Index | slice) -> BlendedPaths:
         """Some of the chains, in the order given."""
         chosen = np.arange(self.motions)[rows].tolist()
-        moves = np.concatenate([np.flatnonzero(self._chain == chain) for chain in chosen])
-        bounds = self.move_range[0][moves], self.move_range[1][moves]
-        chains, half_s = [self.chains[k] for k in chosen], self.corners.half_lengths_s(chosen)
-        part = BlendedPaths(self.robot, chains, bounds, self.controller, self.engines, half_s)
-        legs = np.concatenate([np.flatnonzero(self.corners.chain == chain) for chain in chosen])
+        moves, legs, pieces = (
+            np.concatenate([np.flatnonzero(owner == chain) for chain in chosen])
+            for owner in (self._chain, self.corners.chain, self.corners.chain[self.corners.before][self.corners.corner])
+        )
+        chains, bounds = [self.chains[k] for k in chosen], (self.move_range[0][moves], self.move_range[1][moves])
+        corners = Corners.of(self.legs.timing.robot, chains, self.corners.half_lengths_s(chosen))
+        part = BlendedPaths.__new__(BlendedPaths)
+        part._take(tuple(chains), bounds, corners, self.legs.known(legs), self.pieces.known(pieces))
         part.legs.timing.take_full_speed(self.legs.timing, legs)
         part.timing.full_acceleration = self.timing.full_acceleration[legs]
         return part
@@ -165,6 +173,18 @@ class BlendedPaths:
         found = np.full(self.motions, _LEAST_LIMIT)
         np.maximum.at(found, self.corners.chain, np.where(needed > low, np.minimum(needed, 1.0), _LEAST_LIMIT))
         return np.where(self.moving, found, 1.0)
+
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: where corners and legs saturate, or moves keep their own. [-]"""
+        corners, highest = self.corners, self.timing.highest
+        low, high = (bound[corners.leg] for bound in self.move_range)
+        fastest = self.timing.velocities(high[:, None])
+        peaks = np.divide(fastest.peak[:, 0], highest, out=np.ones_like(highest), where=highest > 0.0)
+        caps = np.minimum(highest[corners.before], highest[corners.after])
+        places = np.concatenate([peaks, low, high, fastest.corner[:, 0] / caps])
+        chain = np.concatenate([corners.chain, corners.chain, corners.chain, corners.chain[corners.before]])
+        inside = (places > 0.0) & (places < 1.0) & (self._ends[0] != self._ends[1])[chain]
+        return [np.unique(places[inside & (chain == one)]) for one in range(self.motions)]
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations; see `PathTiming`. [-]"""

@@ -48,10 +48,18 @@ class TiedMotions:
         parts: The motions as they run.
         owner: Motion that each of them counts for, shape (N,); itself where it is not tied.
         place: Part whose ends each motion has, shape (M,); all parts in order if not given.
+        own_range: Lowest and highest speed limit that each of them takes, each of shape (N,); any if not given. [-]
     """
 
-    def __init__(self, parts: Motions, owner: Index, place: Index | None = None) -> None:
+    def __init__(
+        self,
+        parts: Motions,
+        owner: Index,
+        place: Index | None = None,
+        own_range: tuple[Array, Array] | None = None,
+    ) -> None:
         self.parts, self.owner = parts, owner
+        self.own_range = (np.zeros(len(owner)), np.ones(len(owner))) if own_range is None else own_range
         self.place = np.arange(parts.motions) if place is None else place
 
     @property
@@ -84,7 +92,8 @@ class TiedMotions:
 
     def _of_parts(self, speed_limits: ArrayLike) -> Array:
         limits = np.asarray(speed_limits, dtype=float)
-        return np.broadcast_to(limits, (self.motions, limits.shape[-1]))[self.owner]
+        of_parts = np.broadcast_to(limits, (self.motions, limits.shape[-1]))[self.owner]
+        return np.clip(of_parts, *(bound[:, None] for bound in self.own_range))
 
     def durations(self, speed_limits: ArrayLike) -> Array:
         """Durations under speed limits, shape (M, S). [s]"""
@@ -102,6 +111,16 @@ class TiedMotions:
         found = np.zeros(self.motions)
         np.maximum.at(found, self.owner, self.parts.fastest_speed_limits())
         return np.where(self.moving, found, 1.0)
+
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: those of the parts, and where each has its fastest run. [-]"""
+        of_parts, ends = self.parts.kinks(), self.parts.fastest_speed_limits()
+        found = []
+        for motion in range(self.motions):
+            own = np.flatnonzero((self.owner == motion) & self.parts.moving)
+            several = [ends[own]] if own.size > 1 else []
+            found.append(np.unique(np.concatenate([np.zeros(0), *several, *(of_parts[part] for part in own)])))
+        return found
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations, shape (M,). [-]"""
@@ -121,7 +140,8 @@ class TiedMotions:
         position[chosen] = np.arange(len(chosen))
         members = np.flatnonzero(position[self.owner] >= 0)
         place = np.searchsorted(members, self.place[chosen])
-        return TiedMotions(self.parts.subset(members), position[self.owner[members]], place)
+        own_range = self.own_range[0][members], self.own_range[1][members]
+        return TiedMotions(self.parts.subset(members), position[self.owner[members]], place, own_range)
 
 
 @dataclass(frozen=True)
@@ -208,6 +228,14 @@ class LoadedMotions:
     def fastest_speed_limits(self) -> Array:
         """Lowest speed limits that give the fastest runs, shape (M,). [-]"""
         return self._joined([load.motions.fastest_speed_limits() for load in self.loads])
+
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`. [-]"""
+        found = [np.zeros(0)] * self.motions
+        for load in self.loads:
+            for row, kinks in zip(load.rows.tolist(), load.motions.kinks(), strict=True):
+                found[row] = kinks
+        return found
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations, shape (M,). [-]"""

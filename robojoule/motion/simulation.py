@@ -165,6 +165,17 @@ class MotionPaths:
         part.timing.take_full_speed(self.timing, rows)
         return part
 
+    def known(self, rows: Index | slice) -> MotionPaths:
+        """Some of the motions with their torques as they are, by the controller of the robot that plans them."""
+        part = copy.copy(self)
+        part.path, part.torques = self.path.of(rows), self.torques.of(rows)
+        part.start_rad, part.delta_rad = part.path.start_rad, part.path.delta_rad
+        part.motions = len(part.start_rad)
+        planned = part.torques if self.timing.torques is self.torques else self.timing.torques.of(rows)
+        part.timing = path_timing(self.timing.robot, planned, part.path)
+        part.moving = part.timing.moving
+        return part
+
     def with_controller(self, controller: ControllerTiming) -> MotionPaths:
         """The same motions by a controller of other timing; torques are shared, and so is the search for full speed."""
         other = copy.copy(self)
@@ -203,6 +214,10 @@ class MotionPaths:
     def fastest_speed_limits(self) -> Array:
         """Lowest speed limits that give the fastest runs, shape (M,); 1 for motions of zero length. [-]"""
         return self.timing.fastest_speed_limits()
+
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: a single line ends where its law would change. [-]"""
+        return [np.zeros(0)] * self.motions
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest sufficient speed limits; see `PathTiming.speed_limits_for_durations`. [-]"""

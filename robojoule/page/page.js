@@ -236,6 +236,8 @@ function assumptions() {
       `${fixed(1000 * outlook.cycle_deviation_s, 1)} ms.`);
   } else add("The controller's timing is that of the robot's file: try the plan on the machine and adjust it.");
   add(`A year has ${whole(year.hours_per_year)} h of production. ${year.sources.join("; ")}.`);
+  for (const note of data.notes) document.querySelector("#notes ul").append(element("li", note));
+  byId("notes").hidden = data.notes.length === 0;
   for (const [name, text] of Object.entries(data.figures)) {
     byId("figures").append(element("dt", name), element("dd", text));
   }

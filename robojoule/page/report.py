@@ -90,6 +90,7 @@ class Report:
                 )
             ],
             "figures": dict(self.figures),
+            "notes": [str(note) for note in self.plan.program.notes],
         }
 
     def _by_movement(self) -> tuple[Any, ...]:

@@ -64,9 +64,13 @@ class TreeBatch:
             [graph.leaders + rows.start for graph, rows in zip(self.graphs, self.rows, strict=True)]
         )
         self.is_tied = bool((self.leaders != np.arange(len(self.leaders))).any())
-        self.planned: Motions = TiedMotions(self.executed, self.leaders) if self.is_tied else self.executed
-        owner = self.leaders[np.repeat(np.arange(len(self.leaders)), self._move_counts())]
-        self.speed_range = _of_motions(of_moves, owner, self.leaders)
+        alone: Index = np.arange(len(self.leaders))
+        of_motion = np.repeat(alone, self._move_counts())
+        self.planned: Motions = self.executed
+        if self.is_tied:
+            own_range = _of_motions(of_moves, of_motion, alone)
+            self.planned = TiedMotions(self.executed, self.leaders, own_range=own_range)
+        self.speed_range = _of_motions(of_moves, self.leaders[of_motion], self.leaders)
 
     def _move_counts(self) -> list[int]:
         """Number of moves of each motion."""

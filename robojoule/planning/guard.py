@@ -21,9 +21,6 @@ from robojoule.robots.robot import Robot
 Warnings = tuple[str, ...]
 
 
-CYCLE_DIGITS = 6  # of the cycle time that a program with a plan says [s]
-
-
 @dataclass(frozen=True)
 class Guard:
     """Bounds of a plan.
@@ -74,7 +71,7 @@ class Guard:
             PlanningError: A movement exceeds the power.
         """
         tree, given = plan.program.tree, as_given.tree
-        tree = tree.model_copy(update={"planned_cycle_s": round(plan.cycle_time_s, CYCLE_DIGITS)})
+        tree = tree.planned_for(plan.cycle_time_s)
         if given.angles != tree.angles:
             tree = with_angles(tree, given.angles, given.configurations_rad())
         run, known = self._judged(plan.run, plan.program.tree, given, robot)

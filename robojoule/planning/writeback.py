@@ -115,11 +115,12 @@ def move_percents(tree: OperationTree, graph: OptimizationGraph, speed_limits: A
     """
     moves = {move.name: move for move in tree.moves()}
     percents = {}
+    leaders = {vertex.leader for vertex in graph.vertices}
     for vertex, limit in zip(graph.vertices, speed_limits[graph.leaders].tolist(), strict=True):
         for name in vertex.moves:
             move = moves[name]
             highest = move.speed_limit_percent
-            if len(vertex.moves) > 1 or vertex.leader is not None:
+            if len(vertex.moves) > 1 or vertex.leader is not None or vertex.name in leaders:
                 limit_here = max(limit, (highest if move.fixed else move.least_speed_percent or 0.0) / 100.0)
                 percents[name] = min(percent_of(limit_here, highest), highest)
             else:

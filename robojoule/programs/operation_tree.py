@@ -60,6 +60,7 @@ __all__ = [
 
 FORMAT: Literal["robojoule-operation-tree"] = "robojoule-operation-tree"
 FORMAT_VERSION: Literal[1] = 1
+CYCLE_DIGITS = 6  # of the cycle time that a tree was planned for [s]
 
 
 def _inconsistent(key: str, problem: str) -> PydanticCustomError:
@@ -236,6 +237,10 @@ class OperationTree(Document):
             key = ".".join(str(part) for part in details["loc"])
             said = details["msg"].removeprefix("Value error, ")
             raise InputError(f"the plan does not fit the tree '{self.name}': {said}", key=key) from None
+
+    def planned_for(self, cycle_time_s: float) -> OperationTree:
+        """The tree, saying for which cycle time the plan in it was made. [s]"""
+        return self.model_copy(update={"planned_cycle_s": round(cycle_time_s, CYCLE_DIGITS)})
 
     def without_plan(self, *, full_speed: bool = False) -> OperationTree:
         """The tree without the waits that a plan added.

@@ -11,7 +11,7 @@ import numpy as np
 
 from robojoule.robots.arm_geometry import geometry_of
 from robojoule.robots.rigid_body import Placement
-from robojoule.robots.robot import Robot
+from robojoule.robots.robot import Payload, Robot
 
 _FANUC_ZERO_RPY_RAD = (np.pi, -0.5 * np.pi, 0.0)
 
@@ -31,6 +31,15 @@ def vendor_flange(robot: Robot) -> Placement:
         return Placement.identity()
     shown = Placement.of((0.0, 0.0, 0.0), _FANUC_ZERO_RPY_RAD).rotation
     return Placement(geometry_of(robot.mechanism).flange.rotation.T @ shown, np.zeros(3))
+
+
+def payload_of_vendor(robot: Robot, payload: Payload) -> Payload:
+    """A payload whose figures are in the controller's flange frame in the tool frame of the robot's file."""
+    if not _is_fanuc(robot):
+        return payload
+    body = payload.body.placed(vendor_flange(robot))
+    inertia = None if payload.inertia_kg_m2 is None else body.inertia_kg_m2
+    return Payload(payload.mass_kg, (body.center_m[0], body.center_m[1], body.center_m[2]), inertia)
 
 
 def _is_fanuc(robot: Robot) -> bool:

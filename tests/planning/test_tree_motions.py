@@ -10,11 +10,11 @@ from robojoule.motion.corners import Chain
 from robojoule.motion.groups import LoadedMotions
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.tree_motions import chains_of_tree, tree_payloads
+from robojoule.planning.tree_motions import chains_of_tree, check_single_moves, tree_payloads
 from robojoule.programs.operation_tree import PayloadOperation
 from robojoule.robots.robot import Payload
 from tests.core_cases import kr16
-from tests.planning.blended_trees import WAY_DEG, carrying, move, program, there_and_back
+from tests.planning.blended_trees import WAY_DEG, carrying, loop, move, program, there_and_back
 from tests.planning.trees import tree
 
 
@@ -97,6 +97,13 @@ def test_a_payload_above_the_rated_one_is_refused():
 def test_a_payload_operation_is_a_payload():
     operation = PayloadOperation(name="grip", mass_kg=3.0, com_m=(0.0, 0.0, 0.2), inertia_kg_m2=(0.1, 0.1, 0.1))
     assert operation.payload() == Payload(3.0, (0.0, 0.0, 0.2), [0.1, 0.1, 0.1])
+
+
+@pytest.mark.parametrize("given", [there_and_back({"radius_m": 0.1}), carrying(), loop()], ids=lambda one: one.name)
+def test_what_knows_single_moves_alone_says_what_it_does_not_know(given):
+    with pytest.raises(InputError, match=r"^(move|operation) '[\w ]+' .* know single moves with one payload only"):
+        check_single_moves(given.tree)
+    check_single_moves(tree())
 
 
 def test_a_straight_chain_is_one_of_two_points():

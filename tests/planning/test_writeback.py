@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from robojoule.api import optimize
 from robojoule.errors import InputError
+from robojoule.formats.program import Program
 from robojoule.motion.simulation import MotionPaths
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import simulate_trees
 from robojoule.planning.writeback import write_plans
+from robojoule.programs.operation_tree import tree_from_configurations
 from tests.core_cases import kr16
 from tests.planning.trees import busy_tree, dense_plans, tree
 
@@ -95,3 +98,14 @@ def test_five_calls_plan_a_tree():
     plan = dense_plans(batch, 1.3 * batch.least_cycles_s[:, None], 60)[0][0]
     _, runs = write_and_simulate(batch, [[plan]])
     assert runs[0][0].energy_j == pytest.approx(plan.energy_j, rel=1e-3)
+
+
+def test_the_first_of_tied_motions_keeps_below_its_own_limit_too():
+    """A move alone that shares its speed with one at the end of a blended group of faster moves."""
+    points = np.radians([[0, -90, 90, 0, 0, 0], [30, -90, 90, 0, 0, 0], [0, -80, 80, 0, 0, 0], [30, -90, 90, 0, 0, 0]])
+    one = tree_from_configurations("cycle", points)
+    shared = {"speed_limit_percent": 30.0, "speed_group": "shared"}
+    one = one.with_settings({"move-1": shared, "move-2": {"zone": {"radius_m": 0.02}}, "move-3": shared})
+    plan = optimize(Program(one), kr16(), cycle_time="+5%")
+    speeds = [move.speed_limit_percent for move in plan.program.moves]
+    assert speeds[0] == speeds[2] <= 30.0

@@ -7,7 +7,8 @@ from robojoule.robots import list_robots, load_robot
 from robojoule.robots.inverse_kinematics import flange_placement
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.rigid_body import Placement
-from robojoule.robots.vendor_frames import vendor_base, vendor_flange
+from robojoule.robots.robot import Payload
+from robojoule.robots.vendor_frames import payload_of_vendor, vendor_base, vendor_flange
 from tests.robots.test_pendant import LR_MATE
 
 
@@ -36,3 +37,15 @@ def test_a_kuka_at_home_shows_a_0_b_90_c_0_at_the_data_sheets_place():
     np.testing.assert_allclose(home.origin_m, [0.160 + 0.860 + 0.153, 0.0, 0.520 + 0.980 + 0.150], atol=1e-9)
     np.testing.assert_allclose(home.rotation, Placement.of((0, 0, 0), (0.0, np.pi / 2, 0.0)).rotation, atol=1e-9)
     assert not vendor_base(robot).origin_m.any()
+
+
+def test_payloads_of_a_fanuc_turn_with_its_flange():
+    """Half a turn about z: x and y change their signs, and so do the moments that have z once."""
+    given = Payload(10.0, (0.05, -0.02, 0.2), (0.3, 0.2, 0.1, 0.01, 0.02, -0.03))
+    found = payload_of_vendor(load_robot("fanuc_m10_12_14d"), given)
+    np.testing.assert_allclose(found.com_m, (-0.05, 0.02, 0.2), atol=1e-12)
+    expected = np.array(given.inertia_kg_m2)
+    expected[2, :2] *= -1.0
+    expected[:2, 2] *= -1.0
+    np.testing.assert_allclose(found.inertia_kg_m2, expected, atol=1e-12)
+    assert payload_of_vendor(load_robot("ur_ur5e"), given) is given

@@ -11,6 +11,7 @@ from robojoule.errors import InputError
 from robojoule.formats.format import Reading
 from robojoule.formats.vendor.composing import Compose
 from robojoule.formats.vendor.source import VendorSource
+from robojoule.formats.vendor.text import numbers_in_bounds
 from robojoule.formats.vendor.trace import Beside, VendorProgram
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
@@ -40,7 +41,8 @@ class VendorFiles:
         Raises:
             InputError: A file cannot be read.
         """
-        return VendorSource(self.parse(path), beside or Beside())
+        with numbers_in_bounds(path):
+            return VendorSource(self.parse(path), beside or Beside())
 
     def read(self, path: Path) -> Reading:
         """Read a program that needs no robot; see `robojoule.formats.format.Format`."""

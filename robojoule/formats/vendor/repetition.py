@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,13 +15,17 @@ _SAME_RAD = 1e-9
 
 
 def tied(
-    operations: Sequence[Step], executions: Mapping[str, Execution], note: Callable[[int, str], None]
+    operations: Sequence[Step],
+    executions: Mapping[str, Execution],
+    elsewhere: Set[int],
+    note: Callable[[int, str], None],
 ) -> tuple[Step, ...]:
     """Operations in which executions of one statement are a speed group, or keep their speed if they cannot be.
 
     Args:
         operations: Operations of a cycle.
         executions: Motions by the names of their moves.
+        elsewhere: Statements that run where the position of the robot is not known, too: they keep their speed.
         note: Tells something about a line.
     """
     groups: dict[int, list[MoveOperation]] = {}
@@ -30,10 +34,14 @@ def tied(
             groups.setdefault(executions[operation.name].motion.statement, []).append(operation)
     changes: dict[str, MoveOperation] = {}
     settings: dict[str, object]
-    for moves in groups.values():
-        if len(moves) == 1:
+    for statement, moves in groups.items():
+        if len(moves) == 1 and statement not in elsewhere:
             continue
         line = executions[moves[0].name].motion.line
+        if statement in elsewhere:
+            note(line, "the motion also runs where the position of the robot is not known: its speed is kept")
+            changes |= {move.name: move.model_copy(update={"fixed": True}) for move in moves}
+            continue
         if _have_one_speed(moves, [executions[move.name] for move in moves]):
             said, settings = "one speed counts for all", {"speed_group": f"line {line}: {moves[0].name}"}
         else:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
@@ -24,9 +25,10 @@ from robojoule.formats.vendor.trace import (
     Trace,
     Unknown,
     Wait,
+    check_bounds,
 )
 from robojoule.formats.vendor.zones import Step, with_ends, zone_of
-from robojoule.inputs import counted
+from robojoule.inputs import counted, shown
 from robojoule.programs.operation_tree import (
     FORMAT,
     FORMAT_VERSION,
@@ -39,6 +41,7 @@ from robojoule.programs.operation_tree import (
 )
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.vendor_frames import payload_of_vendor
 
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
@@ -55,7 +58,8 @@ class Resolution:
         notes: What is kept, assumed or not known, in the order of lines.
         executions: Motions by the names of their moves in the tree.
         added: Waits of an earlier plan by the name of their move, and whether they stand before it.
-        repeated: Names of moves whose statement runs more than once, so that no wait can be added to one of them.
+        repeated: How often the statement runs, by the names of moves whose statement runs more than once: no wait can
+            be added to one of them alone.
     """
 
     tree: OperationTree
@@ -63,7 +67,7 @@ class Resolution:
     notes: tuple[Note, ...]
     executions: Mapping[str, Execution]
     added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
-    repeated: frozenset[str] = frozenset()
+    repeated: Mapping[str, int] = field(default_factory=dict)
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -106,6 +110,7 @@ class _Resolver:
         self.labels = Counter(event.label for event in trace.events if isinstance(event, Motion))
         self.cycles = False
         self.lost_line = 0
+        self.elsewhere: set[int] = set()
         self.last_load: Load | None = None
         self._begin(None, 0)
 
@@ -134,7 +139,7 @@ class _Resolver:
             kept = next(iter(self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
-        operations = tied(with_ends(self.operations), self.executions, self._note)
+        operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note)
         tree = OperationTree(
             format=FORMAT,
             version=FORMAT_VERSION,
@@ -147,7 +152,8 @@ class _Resolver:
         places["start_rad"] = f"line {self.start_line}"
         notes = tuple(sorted(self.notes.values(), key=lambda note: note.line))
         added = {key: tuple(waits) for key, waits in self.added.items()}
-        repeated = frozenset(n for n, one in self.executions.items() if self.repeated[one.motion.statement] > 1)
+        counts = {name: self.repeated[one.motion.statement] for name, one in self.executions.items()}
+        repeated = {name: count for name, count in counts.items() if count > 1}
         return Resolution(tree, places, notes, self.executions, added, repeated)
 
     def _note(self, line: int, text: str) -> None:
@@ -157,12 +163,24 @@ class _Resolver:
         self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
 
     def _take(self, event: Event, following: Event | None) -> None:
+        check_bounds(event)
+        try:
+            self._took(event, following)
+        except ValidationError as error:  # such as a wait of more than a day
+            details = error.errors(include_url=False)[0]
+            said = details["msg"].removeprefix("Value error, ")
+            problem = f"{said[:1].lower()}{said[1:]} (found {shown(details['input'])})"
+            raise InputError(problem, key=f"line {event.line}") from None
+
+    def _took(self, event: Event, following: Event | None) -> None:
         if isinstance(event, Motion):
             self._move(event, following)
         elif isinstance(event, Wait):
             self._wait(event)
         elif isinstance(event, Unknown):
-            self._note(event.line, event.what)
+            self._note(
+                event.line, f"{event.what}{'; if it does not, --wait gives its length' if event.may_stand else ''}"
+            )
             self._lose(event.line)
         elif isinstance(event, CycleStart):
             if self.executions:
@@ -195,6 +213,8 @@ class _Resolver:
         payload = event.payload
         if self.start is None or payload is None:
             return
+        if self.robot is not None:
+            payload = payload_of_vendor(self.robot, payload)
         moments = payload.inertia_kg_m2
         inertia = six_moments(moments) if moments is not None else None
         name = self._number("payload")
@@ -229,20 +249,22 @@ class _Resolver:
 
     def _added_wait(self, event: Wait) -> None:
         """A wait that a plan has added: to the move before it, or to the first move."""
-        moves = [index for index, one in enumerate(self.operations) if isinstance(one, MoveOperation)]
-        if not moves:
+        move = self.operations[-1] if self.operations else None
+        if isinstance(move, MoveOperation) and self.position is not None:
+            seconds = move.added_wait_after_s + (event.duration_s or 0.0)
+            self.operations[-1] = move.model_copy(update={"added_wait_after_s": seconds})
+            self.added.setdefault((move.name, False), []).append(event)
+        elif not self.executions:
             self.first_waits.append(event)
-            return
-        move = self.operations[moves[-1]]
-        assert isinstance(move, MoveOperation)
-        seconds = move.added_wait_after_s + (event.duration_s or 0.0)
-        self.operations[moves[-1]] = move.model_copy(update={"added_wait_after_s": seconds})
-        self.added.setdefault((move.name, False), []).append(event)
+        else:
+            self._wait(replace(event, added=False))
 
     # Motions
 
     def _move(self, motion: Motion, following: Event | None) -> None:
         target = self._target(motion)
+        if self.start is not None and (target is None or self.position is None):
+            self.elsewhere.add(motion.statement)
         moves_outside = self._moves_outside(motion)
         if target is None:
             self._lose(motion.line)

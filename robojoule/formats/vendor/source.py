@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,14 +15,22 @@ from robojoule.errors import InputError
 from robojoule.formats.vendor.resolution import Resolution, resolve
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
-from robojoule.formats.vendor.text import Edit, edited, unified_diff
-from robojoule.formats.vendor.trace import Beside, Trace, VendorProgram, Wait, Wish
+from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
+from robojoule.formats.vendor.trace import Beside, Event, Trace, Unknown, VendorProgram, Wait, Wish
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
 
 SAME_S = 1e-9  # of waits: rounding
+_NO_STATEMENT = -1  # of what stands for something that was not understood
 LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
+
+
+def _is_open(event: Event) -> bool:
+    """Whether something may let the robot stand for a time that nobody knows."""
+    if isinstance(event, Unknown):
+        return event.may_stand
+    return isinstance(event, Wait) and event.duration_s is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,25 +53,28 @@ class VendorSource:
     def trace(self) -> Trace:
         """What the program does."""
         try:
-            return self._with_waits(self.program.trace(self.beside))
+            with numbers_in_bounds(self.program.sources[0].path):
+                return self._with_waits(self.program.trace(self.beside))
         except InputError as error:
             raise self._placed(error) from None
 
     def _with_waits(self, trace: Trace) -> Trace:
-        """The trace with the waits that are given beside it."""
+        """The trace with the waits that are given beside it; what is given a length does not move the robot."""
         given = self.beside.waits_s
-        open_lines = {one.line for one in trace.events if isinstance(one, Wait) and one.duration_s is None}
+        open_lines = {one.line for one in trace.events if _is_open(one)}
         for line in given:
             if line not in open_lines:
                 known = ", ".join(map(str, sorted(open_lines))) or "there is none"
-                raise InputError("no wait of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
-        events = tuple(
-            replace(one, duration_s=given[one.line])
-            if isinstance(one, Wait) and one.duration_s is None and one.line in given
-            else one
-            for one in trace.events
-        )
-        return replace(trace, events=events)
+                raise InputError("nothing of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+        events: list[Event] = []
+        for one in trace.events:
+            if isinstance(one, Wait) and _is_open(one) and one.line in given:
+                events.append(replace(one, duration_s=given[one.line]))
+            elif isinstance(one, Unknown) and _is_open(one) and one.line in given:
+                events.append(Wait(_NO_STATEMENT, one.line, given[one.line], one.what))
+            else:
+                events.append(one)
+        return replace(trace, events=tuple(events))
 
     @cached_property
     def resolution(self) -> Resolution:
@@ -75,7 +85,8 @@ class VendorSource:
             InputError: Nothing can be planned.
         """
         try:
-            return resolve(self.trace, self.program.name, self.robot, self.angles)
+            with numbers_in_bounds(self.program.sources[0].path):
+                return resolve(self.trace, self.program.name, self.robot, self.angles)
         except InputError as error:
             raise self._placed(error) from None
 
@@ -91,13 +102,13 @@ class VendorSource:
         """The program's files with the speeds and waits of a tree of the same moves.
 
         Raises:
-            InputError: The tree has other moves.
+            InputError: The tree differs in more than speeds that can be written and added waits.
         """
-        resolution = self.resolution
-        was = {move.name: move for move in resolution.tree.moves()}
+        was = {move.name: move for move in self.resolution.tree.moves()}
         new = {move.name: move for move in tree.moves()}
-        if was.keys() != new.keys():
-            raise InputError(f"the tree does not have the moves of the program '{self.program.name}'")
+        if was.keys() != new.keys() or self._with_plan_of(new).operations != tree.operations:
+            problem = f"the tree differs from the program '{self.program.name}' in more than speeds and added waits"
+            raise InputError(problem, allowed="the program's own moves and waits, or another format")
         edits = list(dict.fromkeys([*self.program.speed_edits(self._wishes(was, new)), *self._wait_edits(was, new)]))
         texts = [
             edited(source.text, [edit for edit in edits if edit.span.file == file])
@@ -148,11 +159,11 @@ class VendorSource:
         places: dict[int, list[int]] = {}
         for index, move in enumerate(moves):
             places.setdefault(executions[move.name].motion.statement, []).append(index)
-        in_all = Counter(one.motion.statement for one in executions.values())
+        counts = self.resolution.repeated
         whole = [
             tuple(at)
-            for statement, at in places.items()
-            if len(at) == in_all[statement] and all(moves[index].is_fine for index in at)
+            for at in places.values()
+            if len(at) == counts.get(moves[at[0]].name, 1) and all(moves[index].is_fine for index in at)
         ]
         return max(whole, key=max, default=())
 
@@ -169,13 +180,25 @@ class VendorSource:
         """What `save` changes, as a unified diff."""
         return unified_diff(self.program.sources, self.texts(tree))
 
+    def _with_plan_of(self, moves: Mapping[str, MoveOperation]) -> OperationTree:
+        """The program's own tree with speeds and added waits of moves of the same names."""
+        return self.resolution.tree.with_plan(
+            {name: move.speed_limit_percent for name, move in moves.items()},
+            added_waits_before_s={name: move.added_wait_before_s for name, move in moves.items()},
+            added_waits_after_s={name: move.added_wait_after_s for name, move in moves.items()},
+        )
+
     def _wishes(self, was: Mapping[str, MoveOperation], new: Mapping[str, MoveOperation]) -> dict[int, Wish]:
         """Speeds of the statements whose speed changes."""
         wishes: dict[int, Wish] = {}
         for name, move in new.items():
             if move.speed_limit_percent != was[name].speed_limit_percent:
                 execution = self.resolution.executions[name]
-                wishes[execution.motion.statement] = self._wish(execution, move.speed_limit_percent)
+                wish, statement = self._wish(execution, move.speed_limit_percent), execution.motion.statement
+                is_open = execution.motion.kind == "joint" and execution.motion.speed.writable
+                if not is_open or wishes.setdefault(statement, wish).percent != wish.percent:
+                    problem = f"the speed of move '{name}' cannot be written into the program"
+                    raise InputError(problem, key=f"line {execution.motion.line}", allowed="its own speed")
         return wishes
 
     def _wish(self, execution: Execution, percent: float) -> Wish:

@@ -85,8 +85,10 @@ class SpeedLimits:
             ends = [self.poses.model(position) for position in (execution.start_rad, execution.target_rad)]
             bounded = percent_for_tool_speed(self.poses.robot, ends[0], ends[1], motion.tool, speed)
             return Limit(bounded, not speed.writable)
-        percent, _ = self._timed(execution, self.poses)
-        return Limit(percent, not speed.writable, reason="" if percent else "how long it takes cannot be told")
+        percent, off_s = self._timed(execution, self.poses)
+        late = f"by the robot's figures the motion takes {off_s:.3f} s longer than the program says"
+        reason = "" if percent else "how long it takes cannot be told"
+        return Limit(percent, not speed.writable, late if off_s > LATE_S else "", reason)
 
     def _of_path(self, execution: Execution) -> Limit:
         """A motion of the tool along a path stands as a joint motion between its ends that takes as long."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import io
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -96,6 +97,23 @@ def read_source(path: Path) -> SourceText:
         return SourceText(path, content.decode("utf-8"), "utf-8")
     except UnicodeDecodeError:
         return SourceText(path, content.decode("latin-1"), "latin-1")
+
+
+@contextmanager
+def numbers_in_bounds(path: Path) -> Iterator[None]:
+    """Refuse a program with a number that cannot be a place, a count or a time: infinite, or of thousands of digits.
+
+    Raises:
+        InputError: Reading meets one.
+    """
+    try:
+        yield
+    except OverflowError:
+        raise InputError("a number is beyond all bounds", file=path) from None
+    except ValueError as error:
+        if "digits" not in str(error):  # what Python says of integers that it does not read
+            raise
+        raise InputError("a number has too many digits", file=path) from None
 
 
 def lines_of(text: str) -> list[str]:

@@ -8,12 +8,15 @@ Angles are those of the pendant, as they stand in the file; everything is in SI 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Literal, Protocol
+
+import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.errors import InputError
 from robojoule.formats.vendor.text import Edit, SourceText, Span
+from robojoule.inputs import LARGEST, shown
 from robojoule.robots.arm_configuration import Configuration
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
@@ -175,10 +178,18 @@ class Load:
 
 @dataclass(frozen=True)
 class Unknown:
-    """Something that was not understood and may have moved the robot: its position is not known behind it."""
+    """Something that was not understood and may have moved the robot: its position is not known behind it.
+
+    Attributes:
+        line: Its line.
+        what: What it is.
+        may_stand: Whether the robot may stand instead, as a call of a gripper's program lets it: then a length that is
+            given beside the program makes it a wait.
+    """
 
     line: int
     what: str
+    may_stand: bool = False
 
 
 @dataclass(frozen=True)
@@ -189,6 +200,28 @@ class CycleStart:
 
 
 Event = Motion | Wait | Load | Unknown | CycleStart
+
+
+def check_bounds(event: Event) -> None:
+    """Refuse numbers that no program means, wherever they stand in an event.
+
+    Raises:
+        InputError: One is not finite, or beyond all bounds.
+    """
+    pending: list[object] = [event]
+    while pending:
+        value = pending.pop()
+        if isinstance(value, float):
+            if not abs(value) <= LARGEST:
+                raise InputError(f"{shown(value)} is beyond all bounds", key=f"line {getattr(event, 'line', 0)}")
+        elif isinstance(value, np.ndarray):
+            pending += value[~(np.abs(value) <= LARGEST)].tolist() if value.dtype.kind == "f" else []
+        elif isinstance(value, Mapping):
+            pending += value.values()
+        elif isinstance(value, tuple):
+            pending += value
+        elif is_dataclass(value):
+            pending += [getattr(value, one.name) for one in fields(value)]
 
 
 @dataclass(frozen=True)

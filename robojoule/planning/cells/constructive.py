@@ -17,7 +17,7 @@ from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel, Parts
 from robojoule.planning.cells.numbering import Numbering
-from robojoule.planning.cells.selection import Selection
+from robojoule.planning.cells.selection import Selection, poses_fit
 from robojoule.planning.cells.timing import Timing, best_times
 
 SLACK_W = 60.0  # price of a second by which a first plan is late
@@ -229,5 +229,10 @@ def _lists(robots: int, pairs: Sequence[tuple[int, int]]) -> tuple[Index, Index]
 
 
 def timed(numbers: Numbering, selection: Selection, limits: Limits) -> Timing | None:
-    """The best times of the choices of an annealing run; `late_s` says how far they are from being feasible."""
+    """The best times of the choices of an annealing run; `late_s` says how far they are from being feasible.
+
+    None where poses of a hand-over do not fit together, which no times can mend.
+    """
+    if not poses_fit(numbers, selection):
+        return None
     return best_times(numbers, Parts.of(numbers), selection, limits, slack_w=SLACK_W, tolerance=1e-6)

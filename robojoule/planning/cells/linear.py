@@ -155,6 +155,10 @@ class LinearModel:
         _listen(highs, limits)
         try:
             highs.run()
+            if highs.getModelStatus() == highspy.HighsModelStatus.kNotset:
+                # Threads are shared by all that HiGHS does in a process, and their number was another one before.
+                release_threads()
+                highs.run()
             return self._solution(highs, relaxed)
         finally:
             highs.clearCallbacks()
@@ -228,6 +232,11 @@ class LinearModel:
         duals = np.array(solution.row_dual) if solution is not None and relaxed else None
         objective = float(info.objective_function_value) if found else INF
         return Solution("optimal" if status == kinds.kOptimal else "stopped", values, objective, float(bound), duals)
+
+
+def release_threads() -> None:
+    """Give up the threads that HiGHS keeps for the next run, which may want another number of them."""
+    highspy.Highs.resetGlobalScheduler(True)
 
 
 def _listen(highs: Any, limits: Limits) -> None:

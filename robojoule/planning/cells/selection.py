@@ -130,6 +130,16 @@ def plan_of(
     return CellPlan(cell.name, cell.cycle_time_s, tuple(steps), status, bound_j, runtime_s)
 
 
+def poses_fit(numbers: Numbering, selection: Selection) -> bool:
+    """Whether the locations of every hand-over between planned robots fit together."""
+    chosen = {
+        int(numbers.stay_static[s]): int(numbers.stay_location[s]) for stays in selection.stays.values() for s in stays
+    }
+    return all(
+        v not in chosen or w not in chosen or (chosen[v], chosen[w]) in pairs for v, w, pairs in numbers.handovers
+    )
+
+
 def is_whole(numbers: Numbering, selection: Selection) -> bool:
     """Whether every robot's movements and stays join to one closed tour."""
     for r, t in selection.movements.items():

@@ -16,7 +16,7 @@ from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.feasibility import explain
 from robojoule.planning.cells.large import LargeSearch
-from robojoule.planning.cells.linear import Limits
+from robojoule.planning.cells.linear import Limits, release_threads
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.plan import CellPlan
@@ -97,9 +97,13 @@ def solve_cell(
             progress(Progress(cell.name, monotonic() - began, found.energy_j, found.bound_j))
 
     numbers = Numbering(cell)
-    found = _search(numbers, limits, tell, executor)
-    if found.status == "infeasible":
-        raise explain(numbers, limits)
+    try:
+        found = _search(numbers, limits, tell, executor)
+        if found.status == "infeasible":
+            raise explain(numbers, limits)
+    finally:
+        if limits.threads > 1:
+            release_threads()
     runtime = monotonic() - began
     if found.selection is None or found.timing is None:
         raise PlanningError(f"no plan of cell '{cell.name}' was found in {runtime:.1f} s")

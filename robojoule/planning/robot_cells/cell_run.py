@@ -17,14 +17,14 @@ from robojoule.formats.program import Program
 from robojoule.formats.robot_cell import PartHandover, RobotCell
 from robojoule.planning.cells.plan import Step
 from robojoule.planning.cycle_run import CycleRun
-from robojoule.planning.graph import process_energy_j
 from robojoule.planning.robot_cells.fidelity import pose_violations, program_violations
 from robojoule.planning.robot_cells.shared_space import arms_of
 from robojoule.planning.robot_cells.timeline import Timeline
 from robojoule.robots.clearance import PlacedArm, least_clearance
 
 TOLERANCE_S = 1e-5  # of cycle times and hand-overs
-POWER_RATE_HZ = 250.0
+POWER_RATE_HZ = 1000.0
+_BESIDE_S = 1e-6  # of a jump of the power: before and after it
 _ROUNDING = 1e-9
 
 
@@ -70,7 +70,7 @@ class CellRun:
         robots: Names of the robots.
         starts_s: When each robot's program starts. [s]
         runs: Simulation of each robot's program.
-        steps: What each robot does when, standing and moving; energies without those of process steps.
+        steps: What each robot does when, standing (with its process steps) and moving.
         energy_j: Energy of a cycle of all robots with their process steps. [J]
         meetings: Of each two robots, where they are closest.
         handovers: How hand-overs go.
@@ -186,7 +186,7 @@ def simulate_cell(
         tuple(float(start) for start in starts_s),
         tuple(line.run for line in lines),
         tuple(step for line in lines for step in _steps(line)),
-        sum(sum(map(sum, line.energies_j)) + process_energy_j(line.tree) for line in lines),
+        sum(sum(map(sum, line.energies_j)) for line in lines),
         meetings,
         handovers,
         peak_w,
@@ -225,7 +225,8 @@ def _peak_power(lines: Sequence[Timeline], cycle_s: float) -> tuple[float, float
         for begin, end, power in one:
             largest[(middle > begin) & (middle < end)] += power
     grid = np.arange(0.0, cycle_s, 1.0 / POWER_RATE_HZ)
-    times = np.unique(np.concatenate([grid, middle]))
+    jumps = np.array([time for line in lines for time in line.instants()])
+    times = np.unique(np.concatenate([grid, middle, jumps - _BESIDE_S, jumps + _BESIDE_S])).clip(0.0, cycle_s)
     power_w = sum(line.power_w(times) for line in lines)
     return float(np.max(power_w)), float(largest.max())
 

@@ -118,11 +118,15 @@ class Timeline:
 
     @cached_property
     def energies_j(self) -> tuple[tuple[float, float], ...]:
-        """Energy of each move, and of standing after it without process steps. [J]"""
+        """Energy of each move, and of standing after it with its process steps. [J]"""
         run = self.run
         moved = self._batch.paths.simulate(run.speed_limits[:, None]).energy_j[:, 0]
         following = np.roll(run.prior_waits_s, -1)
-        stood = [power * time for (power, _), time in zip(self.standing, run.post_waits_s + following, strict=True)]
+        times = run.post_waits_s + following
+        stood = [power * time for (power, _), time in zip(self.standing, times.tolist(), strict=True)]
+        for begin, end, power in self._process_w:
+            moved_before = sum(piece.moves and piece.end_s <= begin for piece in self.pieces)
+            stood[moved_before - 1] += power * (end - begin)  # what comes before the first move: after the last one
         return tuple(zip(moved.tolist(), stood, strict=True))
 
     @cached_property
@@ -164,7 +168,9 @@ class Timeline:
             piece, begin, _ = self._parts[number]
             if piece.moves:
                 here, law = pieces == number, self._laws[piece.move]
-                found[:, here] = law.at(np.clip(time_s[here] - begin, 0.0, law.total_s))[:3]
+                # A learnt controller may take less than its law by a little: the law is then gone through faster.
+                hurry = max(law.total_s / (piece.end_s - piece.begin_s), 1.0)
+                found[:, here] = law.at(np.clip(hurry * (time_s[here] - begin), 0.0, law.total_s))[:3]
         return found
 
     def power_w(self, time_s: Array) -> Array:
@@ -186,6 +192,15 @@ class Timeline:
         for begin, end, own in self._process_w:
             power[(local >= begin) & (local < end)] += own
         return power
+
+    def instants(self) -> list[float]:
+        """When in the cycle of the cell the power may jump or bend: parts, their phases and process steps end. [s]"""
+        found = [(self.start_s + time) % self.cycle_time_s for one in self._process_w for time in one[:2]]
+        for piece, begin, end in self._parts:
+            found += [begin, end]
+            if piece.moves:
+                found += (begin + np.cumsum(self._laws[piece.move].duration_s)).tolist()
+        return found
 
     def peaks(self) -> list[tuple[float, float, float]]:
         """Parts of the cycle of the cell, their start and end [s] with the largest power in them [W]."""

@@ -52,6 +52,7 @@ def _written(robot: RobotWork, runs: Runs, plan: CellPlan) -> tuple[Program, flo
         following = robot.moves[(i + 1) % len(robot.moves)]
         settings[following.name]["added_wait_before_s"] = round(added, _DIGITS)
     tree = robot.placed.program.tree.without_plan().with_settings(settings)
+    tree = tree.planned_for(plan.cycle_time_s)
     program = replace(robot.placed.program, tree=with_angles(tree, tree.angles, np.array([raw[0], *targets])))
     first = robot.moves[0]
     before = sum(robot.before_s.values()) + first.wait_before_s + settings[first.name]["added_wait_before_s"]

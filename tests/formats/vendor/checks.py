@@ -12,12 +12,12 @@ def in_degrees(program):
     return np.degrees(program.tree.configurations_rad())
 
 
-def assert_plan_holds(program, robot, target, cycle_time="+20%"):
+def assert_plan_holds(program, robot, target, cycle_time="+20%", **settings):
     """A plan keeps its figures when it is read again, and the next one leaves it as it is."""
     plan = optimize(program, robot, cycle_time=cycle_time)
     assert plan.energy_j <= plan.energy_given_j * (1 + 1e-9)
     plan.save(target)
-    new = load_program(target, robot)
+    new = load_program(target, robot, **settings)
     run = simulate(new, robot)
     assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-6)
     assert run.energy_j == pytest.approx(plan.energy_j, rel=1e-9)

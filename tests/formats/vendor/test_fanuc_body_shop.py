@@ -70,6 +70,8 @@ def test_places_of_the_gun_become_the_joint_angles_that_they_were_made_of(body_s
     q = PendantAngles.of(robot).model_rad(np.radians(joints_deg()))
     found = model_program(program, robot).tree.configurations_rad()
     np.testing.assert_allclose(found, q, atol=5e-5)  # 0.001 mm and 0.001 deg
+    (carried,) = (one for one in program.tree.operations if one.type == "payload")
+    assert carried.mass_kg == 90.0
     assert sum(not move.is_fine for move in program.moves) == 17
     assert [one.duration_s for one in program.tree.operations if one.type == "wait"] == [0.2] * 4
     path.with_name("copy.ls").unlink(missing_ok=True)

@@ -2,6 +2,7 @@
 
 import random
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_waits_take_their_length_from_beside(tmp_path):
     body = f"PTP {HOME}\nPTP {TO}\nWAIT FOR $IN[1]\nPTP {HOME}"
     program = read(tmp_path, body, beside=Beside(waits_s={4: 1.5}))
     assert optimize(program, ROBOT, cycle_time=6.0).cycle_time_s == pytest.approx(6.0, abs=0.011)
-    with pytest.raises(InputError, match=r"cycle\.src, line 3: no wait of unknown length is here; allowed: lines: 4"):
+    with pytest.raises(InputError, match=r"cycle\.src, line 3: nothing of unknown length is here; allowed: lines: 4"):
         read(tmp_path, body, beside=Beside(waits_s={3: 1.5}))
     with pytest.raises(
         InputError, match=r"nobody knows how long line 4 takes, so a cycle time in seconds says nothing"
@@ -253,3 +254,36 @@ def test_positions_that_live_in_the_controller_are_given_beside(tmp_path):
     program = load_program(source, beside=read_controller_data(data)).for_robot(ROBOT)
     found = np.degrees(program.tree.configurations_rad()).round(9).tolist()
     assert found == [[10, -80, 80, 0, 20, 0], [30, -80, 80, 0, 20, 0], [10, -80, 80, 0, 20, 0]]
+
+
+def test_what_the_program_cannot_say_is_not_written(tmp_path):
+    program = read(tmp_path, f"BAS(#INITMOV,0)\n$VEL.CP=0.5\nPTP {HOME}\nPTP {TO}\nLIN_REL {{Z -50}}", robot=ROBOT)
+    tree, (first, second) = program.tree, (move.name for move in program.moves)
+    elsewhere = tree.with_settings({first: {"target_rad": (0.1,) * 6}})
+    for changed, message in (
+        (elsewhere, "differs from the program 'cycle' in more than speeds and added waits"),
+        (tree.with_plan({}, waits_after_s={first: 1.0}), "in more than speeds and added waits"),
+        (tree.with_plan({second: 1.0}), "the speed of move 'move-2' cannot be written"),
+    ):
+        with pytest.raises(InputError, match=message):
+            replace(program, tree=changed).save(tmp_path / "new.src")
+        replace(program, tree=changed).save(tmp_path / "new.yaml")
+    assert not (tmp_path / "new.src").exists()
+
+
+def test_what_lets_the_robot_stand_is_a_wait_of_given_length(tmp_path):
+    body = f"PTP {HOME}\nPTP {TO}\nGRIPPER(1)\nPTP {{A1 0}}\nIF $IN[1] THEN\nGO_AWAY()\nENDIF\nPTP {HOME}\n"
+    body += f"LIN @@@\nPTP {TO}"
+    program = read(tmp_path, body, beside=Beside(waits_s={4: 0.6, 6: 0.0}))
+    assert np.allclose(in_degrees(program), [AT_HOME, AT, [0, *AT[1:]], AT_HOME])
+    assert [one.duration_s for one in program.tree.atomic() if isinstance(one, WaitOperation)] == [0.6]
+    assert any("GRIPPER() is not in this file" in note and "--wait" in note for note in read(tmp_path, body).notes)
+    with pytest.raises(InputError, match=r"line 10: nothing of unknown length is here; allowed: lines: 4, 6"):
+        read(tmp_path, body, beside=Beside(waits_s={10: 0.6}))  # it is a motion
+
+
+def test_programs_that_move_nothing_are_named_beside(tmp_path):
+    body = f"PTP {HOME}\nPTP {TO}\nGrip_Open()\nIF $IN[1] THEN\ngrip_open()\nENDIF\nPTP {HOME}"
+    program = read(tmp_path, body, beside=Beside(still=frozenset(["GRIP_OPEN"])))
+    assert np.allclose(in_degrees(program), [AT_HOME, AT, AT_HOME])
+    assert not unknown_operations(program.tree)

@@ -49,6 +49,13 @@ def test_durations_that_stand_there_are_read_and_replaced(tmp_path):
     assert "j2,v100\\T:=" in after and "2.5" not in after.partition("j2,v100")[2].splitlines()[0]
 
 
+def test_a_duration_that_the_robot_cannot_keep_is_told(tmp_path):
+    robot = load_robot(ROBOT)
+    program = load_program(written(tmp_path, module(CYCLE.replace("j2,v7000", "j2,v100\\T:=0.1")))).for_robot(robot)
+    (note,) = (note for note in program.notes if "longer than the program says" in note)
+    assert "by the robot's figures the motion takes" in note
+
+
 def test_waits_of_plans_come_and_go(tmp_path):
     text = module(CYCLE)
     robot = load_robot(ROBOT)

@@ -221,6 +221,12 @@ def test_waits_take_their_length_from_beside(tmp_path):
     assert [one.duration_s for one in program.tree.atomic() if isinstance(one, WaitOperation)] == [0.7]
 
 
+def test_functions_that_move_nothing_are_named_beside(tmp_path):
+    body = f"movej({A})\nmovej({B})\nrq_open()\nif get_digital_in(1):\n  rq_open()\nend\nmovej({A})"
+    program = read(tmp_path, body, beside=Beside(still=frozenset(["RQ_OPEN"])))
+    assert np.allclose(program.tree.configurations_rad(), [A, B, A]) and not unknown_operations(program.tree)
+
+
 def test_without_a_robot_positions_alone_are_not_enough(tmp_path):
     (tmp_path / "a.script").write_text(f"movej({A})\nmovej({B})")
     program = load_program(tmp_path / "a.script")

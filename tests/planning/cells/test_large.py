@@ -15,10 +15,11 @@ from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel, Parts
 from robojoule.planning.cells.neighbourhoods import Neighbourhood, Neighbourhoods
 from robojoule.planning.cells.numbering import Numbering
-from robojoule.planning.cells.selection import is_whole, plan_of
+from robojoule.planning.cells.selection import is_whole, plan_of, poses_fit, selection_of
 from robojoule.planning.cells.solve import solve_cell
 from robojoule.planning.cells.tangents import spread_durations_s
 from robojoule.planning.cells.timing import best_times
+from robojoule.programs.cell import Handover
 from tests.planning.cells.cases import generated, two_robots
 
 pytest.importorskip("numba")
@@ -146,3 +147,21 @@ def test_a_run_of_annealing_is_cut_to_the_time_that_is_left(numbers):
     assert search._affordable(3_000) == 3_000
     search.limits = Limits()
     assert search._affordable(50_000) == 50_000
+
+
+def test_choices_whose_poses_do_not_fit_are_no_plan():
+    free = replace(two_robots(), handovers=())
+    found = CellModel(Numbering(free)).program.solve(Limits())
+    selection = selection_of(CellModel(Numbering(free)), found.values)
+    assert poses_fit(Numbering(free), selection)
+    assert timed(Numbering(free), selection, Limits(gap=1e-3)) is not None
+    n = Numbering(free)
+    chosen = {
+        n.static_names[n.stay_static[s]]: n.location_names[n.stay_location[s]]
+        for stays in selection.stays.values()
+        for s in stays
+    }
+    for pair, fits in (((chosen["a1"], chosen["b1"]), True), (("p" if chosen["a1"] == "q" else "q", "p"), False)):
+        bound = Numbering(replace(free, handovers=(Handover("a1", "b1", (pair,)),)))
+        assert poses_fit(bound, selection) == fits
+        assert (timed(bound, selection, Limits(gap=1e-3)) is not None) == fits

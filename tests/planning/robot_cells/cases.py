@@ -35,6 +35,12 @@ def plan_of_three() -> RobotCellPlan:
     return plan_robot_cell(three(), time_limit_s=LONG_S)
 
 
+def with_loader(**changes: object) -> RobotCell:
+    """The cell of three robots with another first robot."""
+    first, *others = three().robots
+    return replace(three(), robots=(replace(first, **changes), *others))
+
+
 def planned(cell: RobotCell, *, exclusive: bool, time_limit_s: float = LONG_S) -> RobotCellPlan:
     """A plan with or without what robots must keep apart from."""
     return Search(replace(CellWork.of(cell, 0.01), exclusive=exclusive), {}, time_limit_s, 1.0).run()

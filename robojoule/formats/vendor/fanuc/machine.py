@@ -120,8 +120,8 @@ class Machine:
         """Report something about an instruction, once."""
         self.notes.setdefault((one.line.number, text), Note(one.line.number, text))
 
-    def _unknown(self, one: Instruction, what: str) -> None:
-        self.events.append(Unknown(one.line.number, what))
+    def _unknown(self, one: Instruction, what: str, *, may_stand: bool = False) -> None:
+        self.events.append(Unknown(one.line.number, what, may_stand))
 
     def _count(self, one: Instruction) -> None:
         self.steps += 1
@@ -157,7 +157,7 @@ class Machine:
             if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
                 self._unknown(one, f"the motion is not understood: {short(one.code)}")
             else:
-                self._unknown(one, f"not understood, it may move the robot: {short(one.code)}")
+                self._unknown(one, f"not understood, it may move the robot: {short(one.code)}", may_stand=True)
 
     # Motions
 
@@ -286,7 +286,7 @@ class Machine:
         if first.upper().startswith("PAYLOAD["):
             self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), short(one.code)))
         elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
-            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}")
+            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
 
     def _call(self, one: Instruction, tree: Node) -> None:
         name = next(str(token) for token in tree.children if isinstance(token, Token))
@@ -294,14 +294,14 @@ class Machine:
             return
         body = self.find(name) if self.depth < _DEEPEST_CALLS else None
         if body is None:
-            self._unknown(one, f"{name} is another program, it may move the robot")
+            self._unknown(one, f"{name} is another program, it may move the robot", may_stand=True)
             return
         other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
         other.registers = self.registers
         other.run(body)
         waits = [event for event in other.events if isinstance(event, Wait)]
         if len(waits) < len(other.events):
-            self._unknown(one, f"{name}, beside this program, may move the robot")
+            self._unknown(one, f"{name}, beside this program, may move the robot", may_stand=True)
             return
         self.note(one, f"{name}, beside this program, moves nothing")
         self.events += [
@@ -321,7 +321,8 @@ class Machine:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
         calls = [token for token in tokens if isinstance(token, Token) and token.type == "CALL"]
         if calls:
-            self._unknown(one, f"whether it runs is not known, it may move the robot: {short(one.code)}")
+            text = f"whether it runs is not known, it may move the robot: {short(one.code)}"
+            self._unknown(one, text, may_stand=True)
         for token in tokens:
             if isinstance(token, Token) and token.type == "LABEL":
                 self.jumps.setdefault(plain_label(str(token)), []).append(self.motions)
@@ -364,7 +365,7 @@ class Machine:
                     self.frames.frame = self.frames.tool = None
         text = short(block.head.code)
         if moves:
-            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
+            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
 

@@ -28,6 +28,7 @@ from robojoule.formats.vendor.trace import Beside, Note, Trace, Wish
 
 _COUNT = re.compile(r"(LINE_COUNT\s*=\s*)(\d+)")
 _STEP_S = 0.01  # of waits and of durations in seconds
+_ROUNDING = 1e-3  # steps that a figure may be short of a whole one by rounding
 _LEAST_PERCENT, _MOST_PERCENT = 1, 100
 
 
@@ -99,10 +100,11 @@ class TeachPendantProgram:
             elif wish.duration_s is None:
                 continue
             elif amount.unit == "msec":
-                text = str(max(math.floor(wish.duration_s * 1e3 + 1e-6), 1))
+                text = str(max(math.floor(wish.duration_s * 1e3 + _ROUNDING), 1))
             else:
                 text = _hundredths(max(wish.duration_s, _STEP_S))
-            edits.append(Edit(amount.span, text))
+            if float(text) != float(self.sources[0].text[amount.span.start : amount.span.end]):
+                edits.append(Edit(amount.span, text))
         return edits
 
     def wait_edit(self, statement: int, seconds: float, *, before: bool) -> Edit:
@@ -149,7 +151,7 @@ def _numbered(lines: Sequence[Line]) -> list[Line]:
 
 def _hundredths(seconds: float) -> str:
     """A duration as the controller keeps it, not longer than it is."""
-    return f"{math.floor(seconds / _STEP_S + 1e-6) * _STEP_S:.2f}"
+    return f"{math.floor(seconds / _STEP_S + _ROUNDING) * _STEP_S:.2f}"
 
 
 def read_teach_pendant(path: Path) -> TeachPendantProgram:

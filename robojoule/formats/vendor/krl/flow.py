@@ -36,6 +36,7 @@ class Flow(ABC):
         self.notes: dict[tuple[int, str], Note] = {}
         self.steps = 0
         self.in_cycle = False
+        self.still: frozenset[str] = frozenset()
 
     @abstractmethod
     def step(self, line: Line) -> None:
@@ -60,9 +61,9 @@ class Flow(ABC):
             else:
                 self.step(one)
 
-    def unknown(self, line: Line, what: str) -> None:
+    def unknown(self, line: Line, what: str, *, may_stand: bool = False) -> None:
         """The robot may be anywhere from here on."""
-        self.events.append(Unknown(line.number, what))
+        self.events.append(Unknown(line.number, what, may_stand))
 
     def _block(self, block: Block) -> None:
         kind = block.head.kind
@@ -178,13 +179,13 @@ class Flow(ABC):
                 self.variables.forget(root_of(line.tree.children[0]))  # type: ignore[arg-type]
             elif line.kind == "call_line":
                 name = str(line.tree.children[0]).upper()
-                moves |= name not in HARMLESS and name != "BAS"
+                moves |= name not in HARMLESS and name != "BAS" and name not in self.still
                 if name == "BAS":
                     self.set_speed(UNKNOWN)
             moves |= line.kind in ("motion", "goto", "exit", "return_")
         text = short(block.head.code)
         if moves:
-            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
+            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
 

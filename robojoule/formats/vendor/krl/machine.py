@@ -11,6 +11,7 @@ from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root
 from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
 from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import (
+    APO_MODE,
     Frames,
     blend_of,
     path_speed_of,
@@ -68,6 +69,7 @@ class Machine(Flow):
         self.routines = {routine.name: routine for routine in routines}
         self.frames = frames
         self.beside = frames.beside
+        self.still = frames.beside.still
         self.carried: Payload | None = None
         self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
@@ -238,6 +240,8 @@ class Machine(Flow):
             return
         self.variables.set(path, value)
         root = path[0]
+        if path == ("$APO", "CPTP"):
+            self.variables.set(APO_MODE, "")
         self.sets += root.startswith("$VEL_AXIS[")
         if root in ("$TOOL", "$BASE"):
             self._frame(root, expression, value, line)
@@ -300,8 +304,8 @@ class Machine(Flow):
             for parameter, node in zip(routine.parameters, nodes, strict=False):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
-        elif name not in HARMLESS and name not in self.frames.beside.still:
-            self.unknown(line, f"{name}() is not in this file, it may move the robot")
+        elif name not in HARMLESS and name not in self.still:
+            self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""
@@ -327,6 +331,8 @@ class Machine(Flow):
             distance = acting.get("APO_DIST", UNKNOWN) if isinstance(acting, Mapping) else UNKNOWN
             self.variables.set(("$APO", "CPTP"), distance)
             self.variables.set(("$APO", "CDIS"), distance)
+            mode = acting.get("APO_MODE") if isinstance(acting, Mapping) and "PTP" in word else None
+            self.variables.set(APO_MODE, mode if isinstance(mode, str) else "")
         if word in ("#FRAMES", "#PTP_PARAMS", "#CP_PARAMS") and isinstance(frame, Mapping):
             self.frames.take(frame)
         elif word == "#TOOL":

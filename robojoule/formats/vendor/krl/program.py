@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from robojoule.formats.vendor.krl.syntax import read_lines, routines
 from robojoule.formats.vendor.krl.targets import Frames
 from robojoule.formats.vendor.lines import Line
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
-from robojoule.formats.vendor.trace import Beside, Trace, Wish
+from robojoule.formats.vendor.trace import Beside, Event, Motion, Trace, Wish
 
 
 class KrlProgram:
@@ -39,7 +40,13 @@ class KrlProgram:
         machine = Machine(self.routines, data, Frames(beside))
         machine.run(self.routines[0])
         self._machine = machine
-        return Trace(tuple(machine.events), tuple(machine.notes.values()))
+        return Trace(tuple(self._writable(event) for event in machine.events), tuple(machine.notes.values()))
+
+    def _writable(self, event: Event) -> Event:
+        """An event; a motion that runs at several speeds cannot be given another one."""
+        if not isinstance(event, Motion) or event.statement not in self._changing:
+            return event
+        return replace(event, speed=replace(event.speed, writable=False))
 
     @cached_property
     def _folds(self) -> dict[int, Fold]:

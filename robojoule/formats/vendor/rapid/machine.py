@@ -94,8 +94,8 @@ class Machine:
         """Report something about a statement, once."""
         self.notes.setdefault((one.line, text), Note(one.line, text))
 
-    def _unknown(self, one: Statement, what: str) -> None:
-        self.events.append(Unknown(one.line, what))
+    def _unknown(self, one: Statement, what: str, *, may_stand: bool = False) -> None:
+        self.events.append(Unknown(one.line, what, may_stand))
 
     def _routine(self, routine: Routine) -> None:
         self.depth += 1
@@ -125,7 +125,7 @@ class Machine:
         """One statement that opens no block."""
         tree = one.tree
         if tree is None:
-            self._unknown(one, f"not understood, it may move the robot: {short(one.code)}")
+            self._unknown(one, f"not understood, it may move the robot: {short(one.code)}", may_stand=True)
         elif one.kind == "declaration":
             self._declare(one, tree)
         elif one.kind == "assignment":
@@ -185,7 +185,7 @@ class Machine:
             if name in _CHANGING:
                 self._forget_first(one, tree)
         elif name not in self.beside.still:
-            self._unknown(one, f"{tree.children[0]} is not in this file, it may move the robot")
+            self._unknown(one, f"{tree.children[0]} is not in this file, it may move the robot", may_stand=True)
 
     def _own_call(self, one: Statement, tree: Node, routine: Routine) -> None:
         if self.depth >= _DEEPEST_CALLS:
@@ -206,7 +206,9 @@ class Machine:
         if isinstance(name, str) and name.upper() in self.routines:
             self._own_call(one, tree, self.routines[name.upper()])
         else:
-            self._unknown(one, f"which procedure runs is not known, it may move the robot: {short(one.code)}")
+            self._unknown(
+                one, f"which procedure runs is not known, it may move the robot: {short(one.code)}", may_stand=True
+            )
 
     def _forget_first(self, one: Statement, tree: Node) -> None:
         plain, _ = arguments_of(tree)
@@ -374,7 +376,9 @@ class Machine:
             moves |= one.tree is None or one.kind in ("late_call", "goto", "return_")
             moves |= bool(name) and name not in _HARMLESS and name not in _WAITS and name != "WAITTIME"
         if moves:
-            self._unknown(head, f"whether this runs is not known, it may move the robot: {short(head.code)}")
+            self._unknown(
+                head, f"whether this runs is not known, it may move the robot: {short(head.code)}", may_stand=True
+            )
         else:
             self.note(head, f"whether this runs is not known, it is kept: {short(head.code)}")
 

@@ -89,8 +89,8 @@ class Machine:
         """Report something about a line, once."""
         self.notes.setdefault((line.number, text), Note(line.number, text))
 
-    def _unknown(self, line: Line, what: str) -> None:
-        self.events.append(Unknown(line.number, what))
+    def _unknown(self, line: Line, what: str, *, may_stand: bool = False) -> None:
+        self.events.append(Unknown(line.number, what, may_stand))
 
     def _body(self, body: list[Line | Block]) -> None:
         for one in body:
@@ -188,8 +188,8 @@ class Machine:
             self.events.append(Wait(line.code_start, line.number, None, short(line.code)))
         elif name in STREAMS:
             self._unknown(line, f"{name}() is a stream, not a planned motion")
-        elif not name.startswith(HARMLESS):
-            self._unknown(line, f"{name}() is not in this file, it may move the robot")
+        elif not self._is_harmless(name):
+            self._unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _enter(self, name: str, line: Line, tree: Node) -> None:
         """Run a function of the file in its place."""
@@ -329,7 +329,7 @@ class Machine:
             moves |= self._may_move(line)
         text = short(block.head.code)
         if moves:
-            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}")
+            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         elif block.head.kind == "while_":
             self.events.append(Wait(block.head.code_start, block.head.number, None, text))
         else:
@@ -343,7 +343,10 @@ class Machine:
         name = str(line.tree.children[0])
         if name in self.functions:
             return any(_moves(one) for one in self.functions[name].lines())
-        return name in MOTIONS or name in STREAMS or not name.startswith((*HARMLESS, "sleep", "popup"))
+        return name in MOTIONS or name in STREAMS or not (self._is_harmless(name) or name in ("sleep", "popup"))
+
+    def _is_harmless(self, name: str) -> bool:
+        return name.startswith(HARMLESS) or name.upper() in self.beside.still
 
 
 def _name(head: Line) -> str:

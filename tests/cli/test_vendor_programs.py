@@ -1,0 +1,88 @@
+"""Programs in a robot's own language on the command line."""
+
+import json
+
+import pytest
+
+from robojoule.cli import main
+
+SOURCE = """\
+DEF feeder( )
+BAS(#INITMOV,0)
+PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
+BAS(#TOOL,3)
+PTP {A1 50,A2 -70,A3 80,A5 30}
+WAIT FOR $IN[3]
+PTP {X 1173,Y 0,Z 1500,A 0,B 90,C 0,S 2,T 2}
+PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}
+END
+"""
+ROBOT = ("--robot", "kuka_kr16_r2010_2", "--payload", "8")
+
+
+@pytest.fixture()
+def feeder(tmp_path):
+    (tmp_path / "feeder.src").write_text(SOURCE)
+    return tmp_path / "feeder.src"
+
+
+def run(capsys, *words) -> tuple[int, str, str]:
+    code = main([str(word) for word in words])
+    return (code, *capsys.readouterr())
+
+
+def test_a_plan_is_shown_as_a_diff_and_written(feeder, tmp_path, capsys):
+    out = tmp_path / "new.src"
+    words = ["optimize", feeder, *ROBOT, "--cycle-time", "6", "--wait", "6=1.2", "--tool", "0,0,0"]
+    code, text, _ = run(capsys, *words, "--diff", "--out", out, "--json")
+    assert code == 0
+    result = json.loads(text)
+    assert result["cycle_time_s"] == pytest.approx(6.0, abs=0.011)
+    assert len(result["moves"]) == 3 and result["moves"][0]["wait_after_s"] >= 1.2
+    removed = [line[1:] for line in result["diff"].splitlines()[2:] if line.startswith("-")]
+    added = [line[1:] for line in result["diff"].splitlines()[2:] if line.startswith("+")]
+    assert all("VEL_PTP" in line or "WAIT SEC" in line for line in [*removed, *added])
+    kept = [line for line in out.read_text().splitlines() if line not in added]
+    assert kept == SOURCE.splitlines()
+    assert any("line 3: the first motion starts at an unknown position" in note for note in result["program_notes"])
+    code, text, _ = run(capsys, *words[:1], out, *words[2:4], *words[4:6], "--cycle-time", result["cycle_time_s"],
+                        "--wait", f"{out.read_text().splitlines().index('WAIT FOR $IN[3]') + 1}=1.2",
+                        "--tool", "0,0,0", "--diff")  # fmt: skip
+    assert code == 0 and "nothing changes in the program's files" in text
+
+
+def test_notes_are_told_below_the_table(feeder, capsys):
+    code, text, _ = run(capsys, "simulate", feeder, *ROBOT)
+    assert code == 0
+    assert "note: line 6: how long it takes is not in the file, see --wait: WAIT FOR $IN[3]" in text
+    assert "TOOL_DATA[3] is not in the file: give it beside the program" in text
+
+
+BAD = {
+    "no robot": (
+        ["simulate", "feeder.src"],
+        "line 7: the target of the motion is a place of the tool, which needs a rob",
+    ),
+    "a wait that is none": (["simulate", "feeder.src", *ROBOT, "--wait", "7=1"], "line 7: nothing of unknown length"),
+    "a wait without length": (["simulate", "feeder.src", *ROBOT, "--wait", "6"], "--wait: '6' is not a wait"),
+    "a tool of two numbers": (["simulate", "feeder.src", *ROBOT, "--tool", "1,2"], "--tool: 2 numbers are not a frame"),
+    "no such data": (["simulate", "feeder.src", *ROBOT, "--controller-data", "no.yaml"], "there is no such file"),
+    "seconds for sections": (
+        ["optimize", "feeder.src", *ROBOT, "--cycle-time", "6"],
+        "nobody knows how long line 6, line 7 takes, so a cycle time in seconds says nothing",
+    ),
+    "a page of sections": (
+        ["optimize", "feeder.src", *ROBOT, "--cycle-time", "+10%", "--page", "a.html", "--out", "b.src"],
+        "a trade-off needs the whole cycle",
+    ),
+    "the data list": (["simulate", "feeder.dat", *ROBOT], "unknown file type '.dat'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_sentence_and_writes_nothing(feeder, capsys, monkeypatch, name):
+    monkeypatch.chdir(feeder.parent)
+    words, message = BAD[name]
+    code, _, error = run(capsys, *words)
+    assert code == 2 and message in error and error.count("\n") == 1
+    assert [path.name for path in feeder.parent.iterdir()] == ["feeder.src"]
