@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from pydantic import ValidationError
@@ -13,6 +11,7 @@ from pydantic import ValidationError
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
 from robojoule.formats.vendor.repetition import six_moments, tied
+from robojoule.formats.vendor.resolved import Resolution
 from robojoule.formats.vendor.speed_limits import Execution, SpeedLimits
 from robojoule.formats.vendor.trace import (
     CycleStart,
@@ -50,42 +49,6 @@ SAME_POSITION_RAD = 1e-6
 _FIRST_MOTION = "the first motion starts at an unknown position and is kept as it is"
 
 
-@dataclass(frozen=True)
-class Resolution:
-    """A program as an operation tree.
-
-    Attributes:
-        tree: The tree; its `angles` say how its numbers count.
-        places: Lines of start and targets by their keys, for messages.
-        notes: What is kept, assumed or not known, in the order of lines.
-        executions: Motions by the names of their moves in the tree.
-        added: Waits of an earlier plan by the name of their move, and whether they stand before it.
-        repeated: How often the statement runs, by the names of moves whose statement runs more than once: no wait can
-            be added to one of them alone.
-        passed: Names of moves before which the robot does not stop, as the motion that leads there has a zone.
-    """
-
-    tree: OperationTree
-    places: Mapping[str, str]
-    notes: tuple[Note, ...]
-    executions: Mapping[str, Execution]
-    added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
-    repeated: Mapping[str, int] = field(default_factory=dict)
-    passed: frozenset[str] = frozenset()
-
-    @cached_property
-    def heads(self) -> frozenset[str]:
-        """Names of the first moves of sections: a wait before one of them stands there, not behind the move before."""
-        found, is_first = set(), True
-        for operation in self.tree.operations:
-            if isinstance(operation, MoveOperation):
-                found |= {operation.name} if is_first else set()
-                is_first = False
-            else:
-                is_first = is_first or isinstance(operation, UnknownOperation)
-        return frozenset(found)
-
-
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
     """The operation tree of a program.
 
@@ -99,11 +62,12 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
         NeedsRobot: A robot must be given; names the line.
         InputError: There is nothing that can be planned; says why.
     """
-    first = _Resolver(trace, name, robot, angles, None)
+    first = _Resolver(trace, name, robot, angles)
     found = first.resolution()
-    if first.cycles and first.position is not None and first.start is not None:
-        away = np.abs(np.subtract(first.position, first.start)).max()
-        if away > SAME_POSITION_RAD:  # a further pass begins where the one before ended
+    if first.cycles and first.start is not None:  # a further pass begins where the one before ended
+        if first.position is None:
+            return _Resolver(trace, name, robot, angles, is_lost=True).resolution()
+        if np.abs(np.subtract(first.position, first.start)).max() > SAME_POSITION_RAD:
             return _Resolver(trace, name, robot, angles, first.position).resolution()
     return found
 
@@ -111,14 +75,23 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
 class _Resolver:
     """Follows the events of a trace."""
 
-    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles, entry: Position | None) -> None:
+    def __init__(
+        self,
+        trace: Trace,
+        name: str,
+        robot: Robot | None,
+        angles: Angles,
+        entry: Position | None = None,
+        *,
+        is_lost: bool = False,
+    ) -> None:
         self.trace = trace
         self.name = name
         self.robot = robot
         self.angles: Angles = angles
         self.poses = None if robot is None else Poses(robot, angles)
         self.limits = SpeedLimits(self.poses)
-        self.entry = entry
+        self.entry, self.is_lost = entry, is_lost  # where a pass of the cycle begins, or that nobody knows
         self.notes = {(note.line, note.text): note for note in trace.notes}
         self.position: Position | None = None
         self.external: dict[str, float] = {}
@@ -154,6 +127,8 @@ class _Resolver:
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
+        if self.position is None and self.executions:
+            self._append(UnknownOperation(name=self._number("unknown")), self.lost_line)
         if self.start is None or not self.executions:
             reasons = [note for note in self.notes.values() if note.text != _FIRST_MOTION]
             kept = next(iter(reasons or self.notes.values()), None)
@@ -206,7 +181,7 @@ class _Resolver:
             if self.executions:
                 self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
             self.cycles = True
-            self.position = self.position if self.entry is None else self.entry
+            self.position = None if self.is_lost else self.entry or self.position
             self._begin(self.position, event.line)
         elif isinstance(event, Load):
             self._load(event)

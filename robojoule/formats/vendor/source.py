@@ -12,7 +12,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.resolution import resolve
+from robojoule.formats.vendor.resolved import Resolution
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
