@@ -13,7 +13,6 @@ from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
     ASSUMED_BLEND,
-    DEFAULT_BLEND_SHARE,
     Frames,
     blend_of,
     path_speed_of,
