@@ -174,9 +174,7 @@ class Machine(Flow):
         words = [str(one).upper() for one in tree.children if isinstance(one, Token) and one.type == "BLEND"]
         blend = blend_of(words, is_joint=is_joint, told=told, variables=self.variables)
         if blend is ASSUMED_BLEND:
-            self.note(
-                line, f"the program does not say how far its zone reaches: taken as {100.0 * DEFAULT_BLEND_SHARE:g} %"
-            )
+            self.note(line, "the program does not say how far its zone reaches: taken as half of the way")
         motion = Motion(
             statement=line.code_start,
             line=line.number,
