@@ -83,11 +83,12 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
         NeedsRobot: A robot must be given; names the line.
         InputError: There is nothing that can be planned; says why.
     """
-    first = _Resolver(trace, name, robot, angles, None)
+    first = _Resolver(trace, name, robot, angles)
     found = first.resolution()
-    if first.cycles and first.position is not None and first.start is not None:
-        away = np.abs(np.subtract(first.position, first.start)).max()
-        if away > SAME_POSITION_RAD:  # a further pass begins where the one before ended
+    if first.cycles and first.start is not None:  # a further pass begins where the one before ended
+        if first.position is None:
+            return _Resolver(trace, name, robot, angles, is_lost=True).resolution()
+        if np.abs(np.subtract(first.position, first.start)).max() > SAME_POSITION_RAD:
             return _Resolver(trace, name, robot, angles, first.position).resolution()
     return found
 
@@ -95,14 +96,23 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
 class _Resolver:
     """Follows the events of a trace."""
 
-    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles, entry: Position | None) -> None:
+    def __init__(
+        self,
+        trace: Trace,
+        name: str,
+        robot: Robot | None,
+        angles: Angles,
+        entry: Position | None = None,
+        *,
+        is_lost: bool = False,
+    ) -> None:
         self.trace = trace
         self.name = name
         self.robot = robot
         self.angles: Angles = angles
         self.poses = None if robot is None else Poses(robot, angles)
         self.limits = SpeedLimits(self.poses)
-        self.entry = entry
+        self.entry, self.is_lost = entry, is_lost  # where a pass of the cycle begins, or that nobody knows
         self.notes = {(note.line, note.text): note for note in trace.notes}
         self.position: Position | None = None
         self.external: dict[str, float] = {}
@@ -135,6 +145,8 @@ class _Resolver:
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
+        if self.position is None and self.executions:
+            self._append(UnknownOperation(name=self._number("unknown")), self.lost_line)
         if self.start is None or not self.executions:
             kept = next(iter(self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
@@ -186,7 +198,7 @@ class _Resolver:
             if self.executions:
                 self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
             self.cycles = True
-            self.position = self.position if self.entry is None else self.entry
+            self.position = None if self.is_lost else self.entry or self.position
             self._begin(self.position, event.line)
         elif isinstance(event, Load):
             self._load(event)
