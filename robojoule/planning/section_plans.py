@@ -69,8 +69,7 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
         )
     sections = section_programs(program)
     if not sections:
-        where = unknown_places(program)
-        raise InputError(f"no motion stands apart from the parts of unknown length: {where}", file=program.path)
+        raise InputError("no motion lies between parts of known length", file=program.path)
     return _joined(program, [plan_one(section) for section in sections])
 
 
