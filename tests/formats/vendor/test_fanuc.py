@@ -383,3 +383,13 @@ def test_what_a_motion_calls_on_its_way_does_not_move_the_robot(tmp_path):
     found, notes = events(tmp_path, body)
     assert labels(found) == ["P[1]", "P[2]", "P[3]", "P[1]"]
     assert not notes and not any(isinstance(event, Unknown) for event in found)
+
+
+@pytest.mark.parametrize(
+    "codes",
+    [["IF (DI[1]=ON) THEN", "WAIT 1.00(sec)", "ENDIF"], ["LBL[1]", "IF DI[1]=OFF,JMP LBL[1]"]],
+)
+def test_what_waits_for_a_signal_in_a_block_has_no_length(tmp_path, codes):
+    found, _ = events(tmp_path, [*CYCLE[:2], *codes, CYCLE[-1]])
+    assert [event.duration_s for event in found if isinstance(event, Wait)] == [None]
+    assert not any(isinstance(event, Unknown) for event in found)

@@ -339,3 +339,11 @@ def test_a_zone_of_unknown_reach_is_told(tmp_path):
     assert any("does not say how far its zone reaches" in note for note in program.notes)
     known = read(tmp_path, f"$APO.CPTP=30\nPTP {HOME}\nPTP {TO} C_PTP\nPTP {HOME}\n")
     assert not any("zone" in note for note in known.notes)
+
+
+@pytest.mark.parametrize("block", ["WHILE NOT $IN[1]\nENDWHILE", "IF $IN[1] THEN\nWAIT SEC 1\nENDIF"])
+def test_what_waits_for_a_signal_in_a_block_has_no_length(tmp_path, block):
+    program = read(tmp_path, f"PTP {HOME}\nPTP {TO}\n{block}\nPTP {HOME}")
+    assert len(unknown_operations(program.tree)) == 1
+    known = read(tmp_path, f"PTP {HOME}\nPTP {TO}\n{block}\nPTP {HOME}", beside=Beside(waits_s={4: 0.5}))
+    assert not unknown_operations(known.tree)

@@ -41,3 +41,11 @@ def repeated_labels(body: Sequence[Instruction | Block], labels: Mapping[str, in
                 if target is not None and target <= at and any(x.kind == "motion" for x in within(body[target:at])):
                     found.add(target)
     return found
+
+
+def inside(reference: str) -> str:
+    """The number between the brackets of P[3:name], or the register there."""
+    inside = reference[reference.index("[") + 1 : -1].strip()
+    if inside[:2].upper() == "R[" and "]" in inside:
+        return inside[: inside.index("]") + 1]
+    return inside.split(":")[0].split(",")[0].strip()

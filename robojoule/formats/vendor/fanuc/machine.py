@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from lark import Token, Tree
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.fanuc.labels import endless_labels, label_of, plain_label, repeated_labels
+from robojoule.formats.vendor.fanuc.labels import endless_labels, inside, label_of, plain_label, repeated_labels
 from robojoule.formats.vendor.fanuc.positions import Frames, Position
 from robojoule.formats.vendor.fanuc.registers import Registers, index_of
 from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
@@ -83,6 +83,7 @@ class Machine:
         self.registers = Registers()
         self.steps = 0
         self.added: Instruction | None = None  # the remark that announces the wait of a plan
+        self.labels: dict[str, int] = {}  # labels that were passed: number of motions before
         self.jumps: dict[str, list[int]] = {}  # conditional jumps that were met, by label: number of motions before
         self.motions = 0
 
@@ -165,7 +166,7 @@ class Machine:
         self.motions += 1
         move, *points = (str(token) for token in tree.children if isinstance(token, Token))
         kind = _KINDS[move.upper()]
-        label = f"{points[-1].partition('[')[0]}[{_inside(points[-1])}]"
+        label = f"{points[-1].partition('[')[0]}[{inside(points[-1])}]"
         target, reason = self._target(points[-1], label)
         options = [str(child.children[0]) for child in tree.find_data("item")]
         words = {option.upper() for option in options}
@@ -196,11 +197,11 @@ class Machine:
 
     def _target(self, point: str, label: str) -> tuple[JointTarget | PoseTarget | None, str]:
         if point.startswith("PR"):
-            known = self.frames.beside.positions_rad.get(f"PR[{_inside(point)}]")
+            known = self.frames.beside.positions_rad.get(f"PR[{inside(point)}]")
             if known is not None:
                 return JointTarget(known), ""
             return None, f"{label} is a register of the controller"
-        number = self.registers.amount(_inside(point))
+        number = self.registers.amount(inside(point))
         if number is None:
             return None, f"the number of {label} is computed while the program runs"
         position = self.positions.get(int(number))
@@ -275,7 +276,7 @@ class Machine:
             self.note(one, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
 
     def _unknown_position(self, point: str) -> None:
-        number = self.registers.amount(_inside(point))
+        number = self.registers.amount(inside(point))
         known = dict(self.positions)
         for key in [int(number)] if number is not None else list(known):
             known.pop(key, None)
@@ -284,7 +285,7 @@ class Machine:
     def _statement(self, one: Instruction, tree: Node) -> None:
         first = str(tree.children[0])
         if first.upper().startswith("PAYLOAD["):
-            self.events.append(Load(one.line.number, self.beside.payloads.get(_inside(first)), short(one.code)))
+            self.events.append(Load(one.line.number, self.beside.payloads.get(inside(first)), short(one.code)))
         elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
             self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
 
@@ -312,6 +313,7 @@ class Machine:
 
     def _label(self, one: Instruction, *, endless: bool, repeated: bool) -> None:
         name = label_of(one)
+        self.labels[name] = self.motions
         if endless:
             self.events.append(CycleStart(one.line.number))
         elif repeated or any(before < self.motions for before in self.jumps.get(name, [])):
@@ -319,14 +321,15 @@ class Machine:
 
     def _branch(self, one: Instruction, tree: Node) -> None:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
-        calls = [token for token in tokens if isinstance(token, Token) and token.type == "CALL"]
-        if calls:
-            text = f"whether it runs is not known, it may move the robot: {short(one.code)}"
-            self._unknown(one, text, may_stand=True)
+        code = short(one.code)
+        if any(isinstance(token, Token) and token.type == "CALL" for token in tokens):
+            self._unknown(one, f"whether it runs is not known, it may move the robot: {code}", may_stand=True)
         for token in tokens:
             if isinstance(token, Token) and token.type == "LABEL":
-                self.jumps.setdefault(plain_label(str(token)), []).append(self.motions)
-        self.note(one, f"whether it jumps is not known, it is taken not to: {short(one.code)}")
+                if self.labels.get(name := plain_label(str(token))) == self.motions:  # goes round until it need not
+                    self.events.append(Wait(one.code_start, one.line.number, None, code))
+                self.jumps.setdefault(name, []).append(self.motions)
+        self.note(one, f"whether it jumps is not known, it is taken not to: {code}")
 
     def _for(self, block: Block) -> None:
         tree = block.head.tree
@@ -355,8 +358,9 @@ class Machine:
 
     def _skip(self, block: Block) -> None:
         """Instructions that run or not, nobody knows: where the robot is behind them is not known, if they move it."""
-        moves = False
+        moves = waits = False
         for one in within([block]):
+            waits |= one.kind in ("wait", "pause")
             moves |= one.kind in ("motion", "call", "jump", "branch", "label") or _may_be_macro(one)
             if one.kind == "assignment":
                 assert one.tree is not None
@@ -366,16 +370,10 @@ class Machine:
         text = short(block.head.code)
         if moves:
             self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
+        elif waits:
+            self.events.append(Wait(block.head.code_start, block.head.line.number, None, text))
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
-
-
-def _inside(reference: str) -> str:
-    """The number between the brackets of P[3:name], or the register there."""
-    inside = reference[reference.index("[") + 1 : -1].strip()
-    if inside[:2].upper() == "R[" and "]" in inside:
-        return inside[: inside.index("]") + 1]
-    return inside.split(":")[0].split(",")[0].strip()
 
 
 def _may_be_macro(one: Instruction) -> bool:

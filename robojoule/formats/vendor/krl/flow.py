@@ -11,7 +11,7 @@ from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, within
 from robojoule.formats.vendor.lines import Line, short
-from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown
+from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
@@ -172,10 +172,11 @@ class Flow(ABC):
 
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves = False
+        moves, waits = False, block.head.kind.rstrip("_") in ("while", "repeat")
         for line in within([block]):
             if line.tree is None:
                 continue
+            waits |= line.kind in ("wait_sec", "wait_for")
             if line.kind == "assignment":
                 self.variables.forget(root_of(line.tree.children[0]))  # type: ignore[arg-type]
             elif line.kind == "call_line":
@@ -187,6 +188,8 @@ class Flow(ABC):
         text = short(block.head.code)
         if moves:
             self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
+        elif waits:
+            self.events.append(Wait(block.head.code_start, block.head.number, None, text))
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
 

@@ -288,7 +288,8 @@ class Machine:
         if parts[0] is None or parts[1] is None or frame is None:
             return
         load = _both(parts[0], parts[1], frame)
-        if load != self.load and load.mass_kg > 0.0:
+        says_nothing = load.mass_kg <= (_NOTHING_KG if self.load is None else 0.0)  # as tool0 does
+        if load != self.load and not says_nothing:
             self.load = load
             self.events.append(Load(one.line, load, f"{load.mass_kg:g} kg by tooldata and loaddata"))
 
@@ -367,18 +368,21 @@ class Machine:
 
     def _skip(self, head: Statement, body: Sequence[Statement]) -> None:
         """Statements that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves = False
+        moves, waits = False, head.code.upper().startswith("WHILE")
         for one in body:
             if one.kind == "assignment":
                 assert one.tree is not None
                 self.variables.forget(str(one.tree.children[0].children[0]))  # type: ignore[union-attr]
             name = str(one.tree.children[0]).upper() if one.tree is not None and one.kind == "call" else ""
             moves |= one.tree is None or one.kind in ("late_call", "goto", "return_")
+            waits |= name in _WAITS or name == "WAITTIME"
             moves |= bool(name) and name not in _HARMLESS and name not in _WAITS and name != "WAITTIME"
         if moves:
             self._unknown(
                 head, f"whether this runs is not known, it may move the robot: {short(head.code)}", may_stand=True
             )
+        elif waits:
+            self.events.append(Wait(head.start, head.line, None, short(head.code)))
         else:
             self.note(head, f"whether this runs is not known, it is kept: {short(head.code)}")
 

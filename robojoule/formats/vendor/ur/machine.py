@@ -30,6 +30,7 @@ from robojoule.robots.robot import Payload
 
 ADDED = "# robojoule"  # begins the comment of waits that plans add
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
+_STANDING = ("sleep", "popup")
 STREAMS = ("servoj", "servoc", "servol", "speedj", "speedl", "freedrive_mode", "teach_mode", "force_mode", "movex")
 # Words that name what is known to move nothing, at the beginning of a function's name.
 HARMLESS: tuple[str, ...] = (
@@ -321,16 +322,17 @@ class Machine:
 
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves = False
+        moves, waits = False, block.head.kind == "while_"
         for line in block.lines():
             if line.kind == "assignment" and line.tree is not None:
                 names = [one for one in line.tree.children if isinstance(one, Token) and one.type == "NAME"]
                 self.variables[str(names[0])] = UNKNOWN
             moves |= self._may_move(line)
+            waits |= line.kind == "call_line" and line.tree is not None and str(line.tree.children[0]) in _STANDING
         text = short(block.head.code)
         if moves:
             self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
-        elif block.head.kind == "while_":
+        elif waits:
             self.events.append(Wait(block.head.code_start, block.head.number, None, text))
         else:
             self.note(block.head, f"whether this runs is not known, it is kept: {text}")
@@ -343,7 +345,7 @@ class Machine:
         name = str(line.tree.children[0])
         if name in self.functions:
             return any(_moves(one) for one in self.functions[name].lines())
-        return name in MOTIONS or name in STREAMS or not (self._is_harmless(name) or name in ("sleep", "popup"))
+        return name in MOTIONS or name in STREAMS or not (self._is_harmless(name) or name in _STANDING)
 
     def _is_harmless(self, name: str) -> bool:
         return name.startswith(HARMLESS) or name.upper() in self.beside.still
