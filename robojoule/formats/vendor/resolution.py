@@ -46,6 +46,7 @@ from robojoule.robots.vendor_frames import payload_of_vendor
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
+_KEPT = "is kept as it is:"
 _FIRST_MOTION = "the first motion starts at an unknown position and is kept as it is"
 
 
@@ -130,8 +131,7 @@ class _Resolver:
         if self.position is None and self.executions:
             self._append(UnknownOperation(name=self._number("unknown")), self.lost_line)
         if self.start is None or not self.executions:
-            reasons = [note for note in self.notes.values() if note.text != _FIRST_MOTION]
-            kept = next(iter(reasons or self.notes.values()), None)
+            kept = min(self.notes.values(), key=_tells_least, default=None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
         operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note)
@@ -155,7 +155,7 @@ class _Resolver:
         self.notes.setdefault((line, text), Note(line, text))
 
     def _keep(self, motion: Motion, reason: str) -> None:
-        self._note(motion.line, f"{motion.label or 'the motion'} is kept as it is: {reason}")
+        self._note(motion.line, f"{motion.label or 'the motion'} {_KEPT} {reason}")
 
     def _take(self, event: Event, following: Event | None) -> None:
         check_bounds(event)
@@ -373,6 +373,11 @@ class _Resolver:
             if value is not None:
                 values[joint] = values[joint] + value if target.relative else value
         return tuple(values.tolist())
+
+
+def _tells_least(note: Note) -> tuple[bool, bool]:
+    """How little a note says of why nothing can be planned."""
+    return note.text == _FIRST_MOTION, _KEPT not in note.text
 
 
 def _at(motion: Motion) -> str:

@@ -347,3 +347,8 @@ def test_what_waits_for_a_signal_in_a_block_has_no_length(tmp_path, block):
     assert len(unknown_operations(program.tree)) == 1
     known = read(tmp_path, f"PTP {HOME}\nPTP {TO}\n{block}\nPTP {HOME}", beside=Beside(waits_s={4: 0.5}))
     assert not unknown_operations(known.tree)
+
+
+def test_the_reason_that_tells_most_is_named(tmp_path):
+    with pytest.raises(InputError, match="XP1 is not in the program's files"):
+        read(tmp_path, f"PTP {HOME}\nPTP XP1 C_PTP\nPTP XP2\n").check(ROBOT)

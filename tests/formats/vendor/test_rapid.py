@@ -286,3 +286,23 @@ def test_comments_and_texts_are_no_statements(tmp_path):
     body = '    ! MoveAbsJ j1,v100,fine,tGrip;\n    TPWrite "a; MoveAbsJ j1 ! "" ";  ! b; c\n'
     body += "    MoveAbsJ j1, ! x;\n v100,fine,tGrip;"
     assert kinds(events(tmp_path, body)[0]) == [Motion]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "WHILE DInput(di1)=0 DO\n WaitTime 0.1;\n ENDWHILE",
+        "IF di1=1 THEN\n WaitTime 1;\n ENDIF",
+        "IF di1=1 WaitTime 1;",
+    ],
+)
+def test_what_waits_for_a_signal_in_a_block_has_no_length(tmp_path, code):
+    found = [event for event in events(tmp_path, f"    {code}\n")[0] if isinstance(event, (Wait, Unknown))]
+    assert [type(event) for event in found] == [Wait] and found[0].duration_s is None
+
+
+def test_the_tool_without_a_load_leaves_the_payload_that_is_given(tmp_path):
+    body = "    MoveAbsJ jHome,v1000,fine,tool0;\n"
+    assert not any(isinstance(event, Load) for event in events(tmp_path, body)[0])
+    found, _ = events(tmp_path, "    MoveAbsJ jHome,v1000,fine,tGrip;\n" + body)
+    assert [event.payload.mass_kg for event in found if isinstance(event, Load)][-1] == pytest.approx(0.001)

@@ -253,3 +253,9 @@ def test_any_damage_is_read_or_refused_and_never_changed(tmp_path, seed):
             continue
         program.save(tmp_path / f"d{number}.script")
         assert (tmp_path / f"d{number}.script").read_bytes() == content
+
+
+def test_a_branch_that_sleeps_has_no_length(tmp_path):
+    path = tmp_path / "cycle.script"
+    path.write_text(f"movej({A})\nmovej({B})\nif get_digital_in(2):\n  sleep(1)\nend\nmovej({A})\n")
+    assert len(unknown_operations(load_program(path, ROBOT).tree)) == 1
