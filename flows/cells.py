@@ -6,7 +6,6 @@ The search takes any executor of `concurrent.futures`; this one makes a task of 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -19,7 +18,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.context import FlowRunContext
 from prefect.futures import PrefectFuture
 
-from flows.runners import RUNNERS, task_runner
+from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from robojoule.errors import InputError, RobojouleError
@@ -106,21 +105,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="write the plans here (.json, .csv)")
     parser.add_argument("--time-limit", type=float, default=TIME_LIMIT_S, metavar="S", help="of each cell [s]")
     parser.add_argument("--gap", type=float, default=GAP_PERCENT, metavar="PERCENT", help="at which to end [%%]")
-    parser.add_argument("--seeds", type=int, default=os.cpu_count() or 1, metavar="N", help="seeds at once")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the first one (default: 0)")
-    parser.add_argument("--runner", default="processes", help=f"task runner: {', '.join(RUNNERS)} (default: processes)")
-    parser.add_argument("--address", help="address of a Dask or Ray cluster")
+    add_runner(parser, "processes")  # as many seeds at once as there are workers
     arguments = parser.parse_args()
     try:
         cells = [cell for cell in load_cells(arguments.cell) if isinstance(cell, Cell)]
-        task_runner(arguments.runner, arguments.seeds, arguments.address)  # refused before a server is started
+        task_runner(arguments.runner, arguments.workers, arguments.address)  # refused before a server is started
         with prefect_server(Layout()):
             plans = [
                 plan_cell(
                     cell,
                     time_limit_s=arguments.time_limit,
                     gap_percent=arguments.gap,
-                    seeds=arguments.seeds,
+                    seeds=arguments.workers,
                     seed=arguments.seed,
                     runner=arguments.runner,
                     address=arguments.address,

@@ -32,7 +32,8 @@ def add_program(parser: argparse.ArgumentParser, *, needed: bool = True) -> None
         type=Path,
         nargs=None if needed else "?",
         metavar="PROGRAM",
-        help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (.src)",
+        help="operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language "
+        "(KUKA .src, FANUC .ls, ABB .mod, UR .script)",
     )
     add_angles(parser, "as the file says, else model; of the pendant in a robot's own language")
     frame = "X,Y,Z[,RX,RY,RZ] in mm and degrees, turned about the fixed axes x, y, z"

@@ -186,7 +186,8 @@ def load_program(path: str | Path, robot: Robot | None = None, *, beside: Beside
     """Read a program from a file of any known format.
 
     Args:
-        path: Operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own language (KUKA .src).
+        path: Operation tree (YAML, JSON), joint positions (CSV), or a program in a robot's own
+            language (KUKA .src, FANUC .ls, ABB .mod and .prg, UR .script).
         robot: Robot that executes it, for programs in a robot's own language; without it these are understood when they
             are planned or simulated.
         beside: What stands in the controller, not in the file: tools, bases, payloads, durations of waits.

@@ -187,9 +187,6 @@ def _placed(one: _PlacedRobot, folder: Path, path: str | Path) -> PlacedRobot:
         if unknown := unknown_operations(program.tree):
             problem = f"nobody knows how long operation '{unknown[0].name}' takes"
             raise InputError(problem, allowed="a program whose operations all have their durations")
-        for move in program.tree.moves():
-            if not move.is_fine:
-                raise InputError(f"move '{move.name}' has a coarse zone, which cells cannot plan yet", allowed="fine")
         alternatives = {entry.move: entry.alternatives() for entry in one.alternatives}
         if len(alternatives) < len(one.alternatives):
             raise InputError("alternatives of a move are given twice")

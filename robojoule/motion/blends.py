@@ -174,6 +174,18 @@ class BlendedPaths:
         np.maximum.at(found, self.corners.chain, np.where(needed > low, np.minimum(needed, 1.0), _LEAST_LIMIT))
         return np.where(self.moving, found, 1.0)
 
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: where corners and legs saturate, or moves keep their own. [-]"""
+        corners, highest = self.corners, self.timing.highest
+        low, high = (bound[corners.leg] for bound in self.move_range)
+        fastest = self.timing.velocities(high[:, None])
+        peaks = np.divide(fastest.peak[:, 0], highest, out=np.ones_like(highest), where=highest > 0.0)
+        caps = np.minimum(highest[corners.before], highest[corners.after])
+        places = np.concatenate([peaks, low, high, fastest.corner[:, 0] / caps])
+        chain = np.concatenate([corners.chain, corners.chain, corners.chain, corners.chain[corners.before]])
+        inside = (places > 0.0) & (places < 1.0) & (self._ends[0] != self._ends[1])[chain]
+        return [np.unique(places[inside & (chain == one)]) for one in range(self.motions)]
+
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations; see `PathTiming`. [-]"""
         return limits_for(self.durations, durations_s, self.minimum_durations(), self.moving)

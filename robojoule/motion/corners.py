@@ -4,7 +4,7 @@ A chain goes from stop to stop through points with zones. Its path coordinate x 
 q_i+1 takes L_i = max_j |dq_ij| / v_max,j of it, what it lasts at full speed, so that path velocity dx/dt = 1 is full
 speed all along. In a corner of half length h the slope turns from that of one leg to that of the next one,
 
-    dq/dx = A (1 - f(u)) + B f(u) ,    f(u) = 3 u^2 - 2 u^3 ,    u from 0 to 1 over 2 h ,
+    dq/dx = A (1 - f(u)) + B f(u) ,    f'(u) = 5/4 (1 - (2 u - 1)^4) ,    u from 0 to 1 over 2 h ,
 
 so the path leaves one leg h before the point and meets the next one h behind it, slope and curvature are continuous,
 no joint exceeding its speed on the faster leg.
@@ -26,6 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import polynomial
 
 from robojoule.arrays import Array, Index
 from robojoule.motion.path import CurvedPath
@@ -36,7 +37,11 @@ SAME_POINT_RAD = 1e-6  # points nearer than this are one
 _SAMPLES = 64  # of half a leg and of a corner, at which the tool's distance is looked at
 _BISECTIONS = 16  # within a step between samples
 _SHRINKINGS = 200
+_HALVINGS = 52  # of a corner, to where a joint turns back
 _LEAST_SHARE = 1e-6  # of the shorter leg that a corner takes, however narrow its zone: rounding has no corners
+# Coefficients over u of f and of its integral: accelerations that are nearly level take the least torque for a turn.
+_TURN = np.array([0.0, 0.0, 5.0, -10.0, 10.0, -4.0])
+_TURNED = np.array([0.0, 0.0, 0.0, 5.0 / 3.0, -2.5, 2.0, -2.0 / 3.0])
 _NARROWEST = 1e-9  # share of a corner that a piece of it takes at least
 
 
@@ -232,21 +237,27 @@ def _distances(robot: Robot, q: Array, at_via: Array) -> Array:
 
 
 def _polynomials(start: Array, end: Array, length: Array, before: Index, half: Array) -> Array:
-    """Coefficients over u of corners of half lengths (C,), shape (C, n, 5). [rad]"""
+    """Coefficients over u of corners of half lengths (C,), shape (C, n, 7). [rad]"""
     one, other = (
         (end[legs] - start[legs]) / length[legs, None] * half[:, None] for legs in (before, before + 1)
     )  # what each joint turns on the legs over half the corner
-    turn = other - one
-    return np.stack([end[before] - one, 2.0 * one, np.zeros_like(one), 2.0 * turn, -turn], axis=2)
+    curves: Array = 2.0 * (other - one)[..., None] * _TURNED
+    curves[..., 0] += end[before] - one
+    curves[..., 1] += 2.0 * one
+    return curves
 
 
 def _pieces(curves: Array) -> tuple[CurvedPath, Index, Array]:
-    """Corners (C, n, 5) cut where a joint turns back: pieces, the corner of each and the share of it that it takes."""
-    before, turn = curves[:, :, 1] / 2.0, curves[:, :, 3] / 2.0
+    """Corners (C, n, 7) cut where a joint turns back: pieces, the corner of each and the share of it that it takes."""
+    before, turn = curves[:, :, 1] / 2.0, curves[:, :, 3] / (2.0 * _TURNED[3])
     turns_back = before * (before + turn) < 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.clip(np.where(turns_back, -before / turn, 0.5), 0.0, 1.0)
-    at = 0.5 - np.sin(np.arcsin(1.0 - 2.0 * share) / 3.0)  # where f(u) is that share
+    low, high = np.zeros_like(share), np.ones_like(share)  # where f(u), which rises, is that share
+    for _ in range(_HALVINGS):
+        at = (low + high) / 2.0
+        below = polynomial.polyval(at, _TURN) < share
+        low, high = np.where(below, at, low), np.where(below, high, at)
     parts, corner, widths = [], [], []
     for c, row in enumerate(curves):
         cuts = np.unique(np.concatenate([[0.0], at[c][turns_back[c]], [1.0]]))
@@ -261,9 +272,9 @@ def _pieces(curves: Array) -> tuple[CurvedPath, Index, Array]:
 
 
 def _shifted(low: float, width: float) -> Array:
-    """Table that turns coefficients over u into those over s, u = low + width s, shape (5, 5)."""
-    table, power = np.zeros((5, 5)), np.array([1.0])
-    for k in range(5):
+    """Table that turns coefficients over u into those over s, u = low + width s, shape (7, 7)."""
+    table, power = np.zeros((len(_TURNED), len(_TURNED))), np.array([1.0])
+    for k in range(len(_TURNED)):
         table[k, : k + 1] = power
         power = np.convolve(power, [low, width])
     return table

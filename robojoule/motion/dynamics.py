@@ -23,7 +23,7 @@ from robojoule.robots.robot import Robot
 DynamicsEngine = Literal["pinocchio", "recursion"]
 NODE_LADDER = np.array([13, 17, 21, 29, 41, 57, 81, 113, 161, 225])  # few steps: motions of one step run together
 LIMIT_NODES = 29  # path positions at least where torque limits are looked at
-_FACTOR_NODES = 3  # further nodes for each degree of a curved path: squared slopes, and positions of that degree
+_FACTOR_NODES = 2  # further nodes for each degree of the slopes of a curved path: their squares are factors
 SERIES_TOLERANCE = 1e-9  # of the first neglected coefficient, relative to an amplitude at the highest frequency
 
 

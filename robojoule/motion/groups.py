@@ -112,6 +112,16 @@ class TiedMotions:
         np.maximum.at(found, self.owner, self.parts.fastest_speed_limits())
         return np.where(self.moving, found, 1.0)
 
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: those of the parts, and where each has its fastest run. [-]"""
+        of_parts, ends = self.parts.kinks(), self.parts.fastest_speed_limits()
+        found = []
+        for motion in range(self.motions):
+            own = np.flatnonzero((self.owner == motion) & self.parts.moving)
+            several = [ends[own]] if own.size > 1 else []
+            found.append(np.unique(np.concatenate([np.zeros(0), *several, *(of_parts[part] for part in own)])))
+        return found
+
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations, shape (M,). [-]"""
         return limits_for(self.durations, durations_s, self.minimum_durations(), self.moving)
@@ -218,6 +228,14 @@ class LoadedMotions:
     def fastest_speed_limits(self) -> Array:
         """Lowest speed limits that give the fastest runs, shape (M,). [-]"""
         return self._joined([load.motions.fastest_speed_limits() for load in self.loads])
+
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`. [-]"""
+        found = [np.zeros(0)] * self.motions
+        for load in self.loads:
+            for row, kinks in zip(load.rows.tolist(), load.motions.kinks(), strict=True):
+                found[row] = kinks
+        return found
 
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest speed limits that give at most the requested durations, shape (M,). [-]"""

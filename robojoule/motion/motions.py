@@ -39,6 +39,12 @@ class Motions(Protocol):
     def minimum_durations(self) -> Array:
         """Durations at full speed, shape (M,). [s]"""
 
+    def kinks(self) -> list[Array]:
+        """Speed limits of each motion at which its law changes, as a leg or a corner has got as fast as it can be. [-]
+
+        Energy over duration need not be smooth or convex there.
+        """
+
     def fastest_speed_limits(self) -> Array:
         """Lowest speed limits that give the fastest runs, shape (M,); 1 for motions of zero length. [-]"""
 

@@ -215,6 +215,10 @@ class MotionPaths:
         """Lowest speed limits that give the fastest runs, shape (M,); 1 for motions of zero length. [-]"""
         return self.timing.fastest_speed_limits()
 
+    def kinks(self) -> list[Array]:
+        """See `robojoule.motion.motions.Motions`: a single line ends where its law would change. [-]"""
+        return [np.zeros(0)] * self.motions
+
     def speed_limits_for_durations(self, durations_s: ArrayLike) -> Array:
         """Smallest sufficient speed limits; see `PathTiming.speed_limits_for_durations`. [-]"""
         return self.timing.speed_limits_for_durations(durations_s)

@@ -23,6 +23,7 @@ LEAST_SPACING_S = 1e-6  # runs nearer to each other than this would have steep c
 MAX_ROUNDS = 40
 # Shares of the way from the fastest to the slowest speed limit of the first runs: denser where the curve bends.
 _FIRST_SHARES = np.array([0.0, 0.12, 0.3, 0.48, 0.66, 0.84, 1.0])
+_ROUND_KINKS = np.array([0.94, 1.0, 1.06])  # of their speed limits: the slopes on both sides
 _MOST_RUNS_A_ROUND = 4  # of one motion
 _EDGE = 0.1  # a new run keeps this share of the segment away from its ends
 
@@ -57,6 +58,11 @@ class AdaptiveProfiles:
         top = np.clip(paths.fastest_speed_limits()[:, np.newaxis], slowest, highest)
         limits = np.clip(top + shares * (slowest - top), slowest, 1.0)
         limits[:, -1] = slowest[:, 0]
+        kinks = [np.outer(places, _ROUND_KINKS).ravel() for places in paths.kinks()]
+        width = max((places.size for places in kinks), default=0)
+        if width:
+            at = np.array([np.append(places, np.ones(width - places.size)) for places in kinks])
+            limits = np.concatenate([limits, np.clip(at, slowest, top)], axis=1)
         limits[~paths.moving] = 1.0
         runs = paths.simulate(limits)
         self.profiles = sampled_profiles(runs.duration_s, runs.energy_j, limits, LEAST_SPACING_S)

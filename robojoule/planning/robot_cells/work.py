@@ -98,7 +98,10 @@ class RobotWork:
         self.name, self.robot = placed.name, placed.robot
         key = f"robot {placed.name}"
         self.tree: OperationTree = in_model_angles(placed.program.tree, placed.robot).without_plan()
-        check_single_moves(self.tree)
+        try:
+            check_single_moves(self.tree)
+        except InputError as error:
+            raise InputError(error.problem, key=key, allowed=error.allowed) from None
         if not closes(self.tree):
             raise InputError("the program ends elsewhere than it starts: the way back is not part of it", key=key)
         self.moves: tuple[MoveOperation, ...] = self.tree.moves()

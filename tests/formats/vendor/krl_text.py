@@ -186,6 +186,12 @@ CASES = {
         [AT_HOME, AT, [9, *AT[1:]], AT_HOME],
         radii_mm=[50, 50, 0],
     ),
+    "motion data with a distance": Case(
+        inline("HOME") + inline("P1", data="PPDAT1", cont=True) + inline("P2") + f"$APO.CPTP=50\nPTP {HOME}",
+        [AT_HOME, AT, [-20, -60, 100, 40, 0, 0], AT_HOME],
+        radii_mm=[50, 0, 0],
+        dat=DAT,
+    ),
     "a blend before a wait": Case(
         f"$APO.CDIS=50\nPTP {HOME}\nPTP {TO} C_DIS\nWAIT SEC 0.1\nPTP {HOME} C_DIS",
         [AT_HOME, AT, AT_HOME],

@@ -54,7 +54,8 @@ def sptp(name: str, data: str, *, blend: bool = False) -> list[str]:
         f"    ;Params IlfProvider=spline; Kuka.PointName={name}; Kuka.VelocityPtp=100; IlfCommand=SPTP",
         "  ;ENDFOLD",
         f"  SPTP X{name} WITH $VEL_AXIS[1] = SVEL_JOINT(100.0), $TOOL = STOOL2(F{name}), "
-        f"$BASE = SBASE(F{name}.BASE_NO), $IPO_MODE = SIPO_MODE(F{name}.IPO_FRAME), $APO = SAPO_PTP(P{data}){' C_Spl' if blend else ''}",
+        f"$BASE = SBASE(F{name}.BASE_NO), $IPO_MODE = SIPO_MODE(F{name}.IPO_FRAME), "
+        f"$APO = SAPO_PTP(P{data}){' C_Spl' if blend else ''}",
         ";ENDFOLD",
     ]
 

@@ -23,7 +23,7 @@ def loader_with(operations: list[dict]) -> PlacedRobot:
     return replace(one, program=program, alternatives={})
 
 
-def move(name: str, *change_rad: float, **more: float) -> dict:
+def move(name: str, *change_rad: float, **more: object) -> dict:
     start = np.array(three().robots[0].program.tree.start_rad)
     start[: len(change_rad)] += change_rad
     return {"type": "move", "name": name, "target_rad": tuple(start), **more}
@@ -93,6 +93,10 @@ def test_profiles_are_convex_and_nowhere_above_simulated_runs():
         (lambda: with_robot(loader_with([move("a", 0.5), move("b", 0.2)])), "ends elsewhere than it starts"),
         (lambda: with_robot(loader_with([move("a", 0.5), move("b", 0.5), move("c")])), "move 'b' does not move"),
         (lambda: with_robot(loader_with([move("a", 0.5), process("p", 20.0), move("b")])), "is shorter than"),
+        (
+            lambda: with_robot(loader_with([move("a", 0.5, zone={"radius_m": 0.1}), move("b", 0.7), move("c")])),
+            "move 'a' has a coarse zone",
+        ),
     ],
 )
 def test_what_cannot_be_planned_is_refused(cell, problem):

@@ -17,6 +17,7 @@ from robojoule.robots.robot import Payload
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
+APO_MODE = ("$APO", "MODE")  # whether the distance of motion data is one in mm, kept beside the distances
 DEFAULT_BLEND_SHARE = 1.0
 
 
@@ -196,7 +197,8 @@ def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], var
         distance, mode = number(data.get("APO_DIST")), data.get("APO_MODE")
         in_percent = mode != "#CDIS"
     else:
-        in_percent = is_joint and not any(word != "C_PTP" for word in words)
+        in_mm = variables.get(APO_MODE) == "#CDIS"
+        in_percent = is_joint and not in_mm and not any(word != "C_PTP" for word in words)
         distance = number(variables.get(("$APO", "CPTP" if in_percent else "CDIS")))
     if distance is None:
         return Blend(share=DEFAULT_BLEND_SHARE)
