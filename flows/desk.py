@@ -135,6 +135,7 @@ def run_here(layout: Layout, name: str) -> None:
             time.sleep(1.0)
         deploy(layout)
         close_lost(layout)
+    (layout.desk_dir / "prefect").mkdir(parents=True, exist_ok=True)
     os.chdir(service.cwd)
     os.execve(service.command[0], list(service.command), {**os.environ, **service.environment})
 

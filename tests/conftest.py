@@ -38,10 +38,22 @@ os.environ.update(
 EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
 
 
+OPERATIONS = (
+    "tests/chaos/",
+    "tests/test_dvc_use.py",
+    *(f"tests/flows/test_{name}.py" for name in ("clusters", "desk", "measurements", "schedule")),
+)
+
+
 @cache
 def worker_group(file: str) -> str:
-    """Tests of one group run in one worker: those of a file, and all of the files that need an expensive fixture."""
-    return "pipeline" if EXPENSIVE.search((ROOT / file).read_text(encoding="utf-8")) else file
+    """Tests of one group run in one worker: those of a file, and all of the files that need an expensive fixture.
+
+    The latter are two groups, so that what starts servers and kills runs takes another worker than the rest.
+    """
+    if not EXPENSIVE.search((ROOT / file).read_text(encoding="utf-8")):
+        return file
+    return "operations" if file.startswith(OPERATIONS) else "pipeline"
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -57,8 +69,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The group that takes the longest comes first."""
-    items.sort(key=lambda item: worker_group(str(item.path)) != "pipeline")
+    """The groups that take the longest come first."""
+    items.sort(key=lambda item: worker_group(os.path.relpath(item.path, ROOT)) not in ("operations", "pipeline"))
 
 
 @pytest.hookimpl(wrapper=True)

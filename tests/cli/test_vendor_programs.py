@@ -55,7 +55,7 @@ def test_notes_are_told_below_the_table(feeder, capsys):
     code, text, _ = run(capsys, "simulate", feeder, *ROBOT)
     assert code == 0
     assert "note: line 6: how long it takes is not in the file, see --wait: WAIT FOR $IN[3]" in text
-    assert "TOOL_DATA[3] is not in the file: give it beside the program" in text
+    assert "TOOL_DATA[3] is not in the file: give it by --tool, --base or --controller-data" in text
 
 
 BAD = {

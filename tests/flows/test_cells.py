@@ -31,7 +31,7 @@ def test_calls_are_tasks_and_come_back_in_order(prefect_server: str):
 def test_a_large_cell_is_planned_by_tasks(prefect_server: str):
     compile_kernel()  # takes longer than the search where it never ran before
     cell = generated(4, 0, (10, 12))  # larger than the model alone is used for
-    plan = plan_cell(cell, time_limit_s=300.0, gap_percent=30.0, seeds=2, runner="threads")
+    plan = plan_cell(cell, time_limit_s=90.0, gap_percent=30.0, seeds=2, runner="threads")
     assert check_plan(cell, plan).feasible
     assert 0.0 < plan.bound_j <= plan.energy_j
 

@@ -166,7 +166,8 @@ def test_the_units_of_systemd_start_and_end_cleanly(
         assert Path(service["EnvironmentFile"]).exists()
         folder = Path(service["WorkingDirectory"])
         process = background.start(service["ExecStart"], folder, tmp_path / f"{name}.log")
-        wait_for(name, lambda url=url: answers(url), PATIENCE_S)
+        wait_for(name, lambda url=url, process=process: answers(url) or process.poll() is not None, PATIENCE_S)
+        assert process.poll() is None, (tmp_path / f"{name}.log").read_text(encoding="utf-8")[-500:]
         started.append((name, process, service))
     assert len(post(f"{health[0].removesuffix('/health')}", "deployments/filter", {})) >= 2
     for name, process, service in reversed(started):

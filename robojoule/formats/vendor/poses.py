@@ -88,7 +88,9 @@ class Poses:
     def _frames(self, target: PoseTarget) -> tuple[Placement, Placement]:
         """Base and tool of a target in the frames of the robot's file."""
         if target.base is None or target.tool is None:
-            raise NotKnown(f"{target.unknown or 'tool or base'} is not in the file: give it beside the program")
+            missing = target.unknown or "tool or base"
+            verb, it = ("are", "them") if " and " in missing else ("is", "it")
+            raise NotKnown(f"{missing} {verb} not in the file: give {it} by --tool, --base or --controller-data")
         return vendor_base(self.robot) @ target.base, vendor_flange(self.robot) @ target.tool
 
     def wanted(self, target: PoseTarget, position: Position | None) -> Placement:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from pydantic import ValidationError
@@ -12,6 +11,7 @@ from pydantic import ValidationError
 from robojoule.errors import InputError
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
 from robojoule.formats.vendor.repetition import six_moments, tied
+from robojoule.formats.vendor.resolved import Resolution
 from robojoule.formats.vendor.speed_limits import Execution, SpeedLimits
 from robojoule.formats.vendor.trace import (
     CycleStart,
@@ -46,28 +46,7 @@ from robojoule.robots.vendor_frames import payload_of_vendor
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
-
-
-@dataclass(frozen=True)
-class Resolution:
-    """A program as an operation tree.
-
-    Attributes:
-        tree: The tree; its `angles` say how its numbers count.
-        places: Lines of start and targets by their keys, for messages.
-        notes: What is kept, assumed or not known, in the order of lines.
-        executions: Motions by the names of their moves in the tree.
-        added: Waits of an earlier plan by the name of their move, and whether they stand before it.
-        repeated: How often the statement runs, by the names of moves whose statement runs more than once: no wait can
-            be added to one of them alone.
-    """
-
-    tree: OperationTree
-    places: Mapping[str, str]
-    notes: tuple[Note, ...]
-    executions: Mapping[str, Execution]
-    added: Mapping[tuple[str, bool], tuple[Wait, ...]] = field(default_factory=dict)
-    repeated: Mapping[str, int] = field(default_factory=dict)
+_FIRST_MOTION = "the first motion starts at an unknown position and is kept as it is"
 
 
 def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pendant") -> Resolution:
@@ -83,11 +62,12 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
         NeedsRobot: A robot must be given; names the line.
         InputError: There is nothing that can be planned; says why.
     """
-    first = _Resolver(trace, name, robot, angles, None)
+    first = _Resolver(trace, name, robot, angles)
     found = first.resolution()
-    if first.cycles and first.position is not None and first.start is not None:
-        away = np.abs(np.subtract(first.position, first.start)).max()
-        if away > SAME_POSITION_RAD:  # a further pass begins where the one before ended
+    if first.cycles and first.start is not None:  # a further pass begins where the one before ended
+        if first.position is None:
+            return _Resolver(trace, name, robot, angles, is_lost=True).resolution()
+        if np.abs(np.subtract(first.position, first.start)).max() > SAME_POSITION_RAD:
             return _Resolver(trace, name, robot, angles, first.position).resolution()
     return found
 
@@ -95,14 +75,23 @@ def resolve(trace: Trace, name: str, robot: Robot | None, angles: Angles = "pend
 class _Resolver:
     """Follows the events of a trace."""
 
-    def __init__(self, trace: Trace, name: str, robot: Robot | None, angles: Angles, entry: Position | None) -> None:
+    def __init__(
+        self,
+        trace: Trace,
+        name: str,
+        robot: Robot | None,
+        angles: Angles,
+        entry: Position | None = None,
+        *,
+        is_lost: bool = False,
+    ) -> None:
         self.trace = trace
         self.name = name
         self.robot = robot
         self.angles: Angles = angles
         self.poses = None if robot is None else Poses(robot, angles)
         self.limits = SpeedLimits(self.poses)
-        self.entry = entry
+        self.entry, self.is_lost = entry, is_lost  # where a pass of the cycle begins, or that nobody knows
         self.notes = {(note.line, note.text): note for note in trace.notes}
         self.position: Position | None = None
         self.external: dict[str, float] = {}
@@ -123,6 +112,9 @@ class _Resolver:
         self.executions: dict[str, Execution] = {}
         self.added: dict[tuple[str, bool], list[Wait]] = {}
         self.first_waits: list[Wait] = []
+        self.in_section = False  # a motion of this section is planned
+        self.passing = False  # the motion before does not stop at its end
+        self.passed: set[str] = set()
         self.numbers: Counter[str] = Counter()
         if start is not None:
             self._start(start, line)
@@ -135,8 +127,11 @@ class _Resolver:
         for index, event in enumerate(events):
             following = events[index + 1] if index + 1 < len(events) else None
             self._take(event, following)
+        if self.position is None and self.executions:
+            self._append(UnknownOperation(name=self._number("unknown")), self.lost_line)
         if self.start is None or not self.executions:
-            kept = next(iter(self.notes.values()), None)
+            reasons = [note for note in self.notes.values() if note.text != _FIRST_MOTION]
+            kept = next(iter(reasons or self.notes.values()), None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
         operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note)
@@ -154,7 +149,7 @@ class _Resolver:
         added = {key: tuple(waits) for key, waits in self.added.items()}
         counts = {name: self.repeated[one.motion.statement] for name, one in self.executions.items()}
         repeated = {name: count for name, count in counts.items() if count > 1}
-        return Resolution(tree, places, notes, self.executions, added, repeated)
+        return Resolution(tree, places, notes, self.executions, added, repeated, frozenset(self.passed))
 
     def _note(self, line: int, text: str) -> None:
         self.notes.setdefault((line, text), Note(line, text))
@@ -186,7 +181,7 @@ class _Resolver:
             if self.executions:
                 self._note(event.line, "the loop without end is the cycle: motions before it are kept as they are")
             self.cycles = True
-            self.position = self.position if self.entry is None else self.entry
+            self.position = None if self.is_lost else self.entry or self.position
             self._begin(self.position, event.line)
         elif isinstance(event, Load):
             self._load(event)
@@ -240,6 +235,8 @@ class _Resolver:
             self._append(WaitOperation(name=self._number("wait"), duration_s=event.duration_s), event.line)
 
     def _append(self, operation: Step, line: int) -> None:
+        if isinstance(operation, UnknownOperation):
+            self.in_section = False
         self.operations.append(operation)
         self.lines.append(line)
 
@@ -254,7 +251,7 @@ class _Resolver:
             seconds = move.added_wait_after_s + (event.duration_s or 0.0)
             self.operations[-1] = move.model_copy(update={"added_wait_after_s": seconds})
             self.added.setdefault((move.name, False), []).append(event)
-        elif not self.executions:
+        elif not self.in_section:
             self.first_waits.append(event)
         else:
             self._wait(replace(event, added=False))
@@ -262,6 +259,7 @@ class _Resolver:
     # Motions
 
     def _move(self, motion: Motion, following: Event | None) -> None:
+        passing, self.passing = self.passing, zone_of(motion, following) != "fine"
         target = self._target(motion)
         if self.start is not None and (target is None or self.position is None):
             self.elsewhere.add(motion.statement)
@@ -275,14 +273,14 @@ class _Resolver:
             self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), motion.line)
             self.position = target
         else:
-            self._travel(Execution(motion, self.position, target), following)
+            self._travel(Execution(motion, self.position, target), following, passing)
 
     def _arrive(self, motion: Motion, target: Position) -> None:
         """A motion from where nobody knows: its end is known."""
         self.position = target
         if self.start is None:
             self._start(target, motion.line)
-            self._note(motion.line, "the first motion starts at an unknown position and is kept as it is")
+            self._note(motion.line, _FIRST_MOTION)
             return
         self._keep(motion, "it starts at an unknown position")
         self._append(UnknownOperation(name=self._number("unknown"), target_rad=target), self.lost_line)
@@ -293,8 +291,8 @@ class _Resolver:
             self.lost_line = line
         self.position = None
 
-    def _travel(self, execution: Execution, following: Event | None) -> None:
-        """A motion between known positions."""
+    def _travel(self, execution: Execution, following: Event | None, passing: bool) -> None:
+        """A motion between known positions, which begins without a stop or with one."""
         motion = execution.motion
         self.position = execution.target_rad
         limit = self.limits.of(execution)
@@ -319,6 +317,8 @@ class _Resolver:
             self.added[move.name, True] = self.first_waits
             self.first_waits = []
         self._append(move, motion.line)
+        self.in_section = True
+        self.passed |= {move.name} if passing else set()
         self.executions[move.name] = execution
 
     def _moves_outside(self, motion: Motion) -> bool:

@@ -12,7 +12,8 @@ import numpy as np
 
 from robojoule.documents import write_files
 from robojoule.errors import InputError
-from robojoule.formats.vendor.resolution import Resolution, resolve
+from robojoule.formats.vendor.resolution import resolve
+from robojoule.formats.vendor.resolved import Resolution
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
@@ -131,13 +132,13 @@ class VendorSource:
             tree: A tree of some or all moves of the program.
         """
         moves, repeated = tree.moves(), self.resolution.repeated
-        if not any(move.name in repeated for move in moves):
+        if moves[0].name not in self.resolution.passed and not any(move.name in repeated for move in moves):
             return tree
         before, after = moves[0].added_wait_before_s, [move.added_wait_after_s for move in moves]
         for index, move in enumerate(moves[1:]):
             after[index] += move.added_wait_before_s
         free = [i for i, one in enumerate(moves) if one.is_fine and one.name not in repeated]
-        if moves[0].name in repeated:
+        if moves[0].name in repeated or moves[0].name in self.resolution.passed:
             before, after[0] = 0.0, after[0] + before
         if free:
             for index in set(range(len(moves))) - set(free):
@@ -220,13 +221,15 @@ class VendorSource:
         return float(MotionPaths(self.robot, ends[:1], ends[1:]).durations(np.array([[percent / 100.0]]))[0, 0])
 
     def _wait_edits(self, was: Mapping[str, MoveOperation], new: Mapping[str, MoveOperation]) -> list[Edit]:
-        """Edits of the waits that plans add, which stand behind a motion, or before the first one."""
+        """Edits of the waits that plans add, which stand behind a motion, or before the first one of a section."""
         edits: list[Edit] = []
-        names = list(new)
+        names, heads = list(new), self.resolution.heads
         for index, name in enumerate(names):
             following = names[index + 1] if index + 1 < len(names) else None
-            before_s = self._stepped(new[name].added_wait_before_s) if index == 0 else 0.0
-            after_s = new[name].added_wait_after_s + (new[following].added_wait_before_s if following else 0.0)
+            before_s = self._stepped(new[name].added_wait_before_s) if name in heads else 0.0
+            after_s = new[name].added_wait_after_s
+            if following is not None and following not in heads:
+                after_s += new[following].added_wait_before_s
             after_s = self._stepped(after_s)
             for seconds, old_s, is_before in (
                 (before_s, was[name].added_wait_before_s, True),

@@ -157,6 +157,12 @@ CASES = {
         [[0, -70, 80, 0, 30, 0], [9, -70, 80, 0, 30, 0], [0, -70, 80, 0, 30, 0]],
         notes=["is the cycle"],
     ),
+    "a main loop that ends elsewhere": Case(
+        f"PTP {HOME}\nLOOP\nPTP {TO}\nPTP {HOME}\ngo_away()\nENDLOOP",
+        [AT, AT_HOME],
+        notes=["the first motion starts at an unknown position", "GO_AWAY() is not in this file"],
+        unknown=1,
+    ),
     "subprograms": Case(
         f"DEF main( )\nPTP {HOME}\ngo(10)\ngo(20)\nEND\nDEF go(angle:IN)\nREAL angle\nPTP {{A1 angle}}\nEND\n",
         [AT_HOME, [10, *AT_HOME[1:]], [20, *AT_HOME[1:]]],
@@ -220,7 +226,7 @@ CASES = {
         unknown=1,
     ),
     "the present position": Case(f"PTP $AXIS_ACT\nPTP {HOME}\nPTP {TO}", [AT_HOME, AT]),
-    "a jump": Case(f"PTP {HOME}\nPTP {TO}\nGOTO weiter\nweiter:\nPTP {HOME}", [AT_HOME, AT], notes=["GOTO"]),
+    "a jump": Case(f"PTP {HOME}\nPTP {TO}\nGOTO weiter\nweiter:\nPTP {HOME}", [AT_HOME, AT], notes=["GOTO"], unknown=1),
     "no END, no DEF": Case(f"PTP {HOME}\nPTP {TO}", [AT_HOME, AT]),
     "a place of the tool": Case(
         "BAS(#INITMOV,0)\nPTP " + HOME + "\nPTP {X 1173,Y 0,Z 1500,A 0,B 90,C 0,S 2,T 2}\nPTP " + HOME,

@@ -371,3 +371,15 @@ def test_random_programs_survive_reading_and_writing_and_damage(tmp_path):
         assert again.source.texts(again.tree) == (after,)
         read += 1
     assert read > 25
+
+
+def test_what_a_motion_calls_on_its_way_does_not_move_the_robot(tmp_path):
+    body = [
+        "J P[1] 100% FINE",
+        "J P[2] 90% FINE TB .10sec,CALL GRIP",
+        "J P[3] 100% CNT50 DB 10.0mm,CALL OPEN(1)",
+        CYCLE[-1],
+    ]
+    found, notes = events(tmp_path, body)
+    assert labels(found) == ["P[1]", "P[2]", "P[3]", "P[1]"]
+    assert not notes and not any(isinstance(event, Unknown) for event in found)

@@ -287,3 +287,48 @@ def test_programs_that_move_nothing_are_named_beside(tmp_path):
     program = read(tmp_path, body, beside=Beside(still=frozenset(["GRIP_OPEN"])))
     assert np.allclose(in_degrees(program), [AT_HOME, AT, AT_HOME])
     assert not unknown_operations(program.tree)
+
+
+def test_a_wait_of_a_section_stays_in_it(tmp_path):
+    to, other = "PTP {A1 50,A2 -70}", "SPTP {A1 0} WITH $VEL_AXIS[1]=SVEL_JOINT(1.0)"
+    path = write(tmp_path, f"PTP {HOME}\n{to}\nWAIT FOR $IN[1]\n{other}\n")
+    program = load_program(path)
+    first, second = program.moves
+    tree = program.tree.with_plan({}, added_waits_before_s={second.name: 0.5}, added_waits_after_s={first.name: 0.2})
+    replace(program, tree=tree).save(tmp_path / "planned.src")
+    lines = (tmp_path / "planned.src").read_text().splitlines()
+    at = lines.index("WAIT FOR $IN[1]")
+    assert lines[at - 1].startswith("WAIT SEC 0.2") and lines[at + 1].startswith("WAIT SEC 0.5")
+    again = load_program(tmp_path / "planned.src")
+    assert [(move.added_wait_before_s, move.added_wait_after_s) for move in again.moves] == [(0.0, 0.2), (0.5, 0.0)]
+    replace(again, tree=program.tree).save(tmp_path / "back.src")
+    assert (tmp_path / "back.src").read_bytes() == path.read_bytes()
+
+
+def test_no_wait_stops_the_robot_where_it_passes(tmp_path):
+    program = read(tmp_path, f"PTP {HOME} C_PTP\nPTP {{A1 50}}\nPTP {{A1 20}}\n")
+    first = program.moves[0]
+    placed = program.placed(program.tree.with_plan({}, added_waits_before_s={first.name: 0.5}))
+    assert [(move.added_wait_before_s, move.added_wait_after_s) for move in placed.moves()] == [(0.0, 0.5), (0.0, 0.0)]
+
+
+def test_programs_of_other_files_keep_the_speed_that_was_set(tmp_path):
+    program = read(tmp_path, f"BAS(#VEL_PTP,90)\nPTP {HOME}\nPTP {{A1 50}}\nELSEWHERE( )\n")
+    (move,) = program.moves
+    replace(program, tree=program.tree.with_plan({move.name: 40.0})).save(tmp_path / "planned.src")
+    lines = (tmp_path / "planned.src").read_text().splitlines()
+    at = lines.index("PTP {A1 50}")
+    assert lines[at - 1 : at + 3] == ["BAS(#VEL_PTP,40)", "PTP {A1 50}", "BAS(#VEL_PTP,90)", "ELSEWHERE( )"]
+
+
+def test_the_counter_of_a_loop_is_not_known_behind_it(tmp_path):
+    loop = "FOR I=1 TO 2\nPTP_REL {A1 5}\nENDFOR\nIF I==2 THEN\nPTP {A1 0}\nENDIF\n"
+    program = read(tmp_path, f"PTP {HOME}\n{loop}PTP {HOME}\n")
+    assert any("whether this runs is not known" in note for note in program.notes)
+
+
+def test_a_program_of_which_nothing_can_be_planned_says_why(tmp_path):
+    body = "PTP {X 1200,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2}\n"
+    program = read(tmp_path, f"PTP {HOME}\n$TOOL=TOOL_DATA[4]\n{body}")
+    with pytest.raises(InputError, match=r"TOOL_DATA\[4\] and the base are not in the file: give them by --tool"):
+        optimize(program, ROBOT, cycle_time="+10%")

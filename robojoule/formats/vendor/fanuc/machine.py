@@ -315,7 +315,7 @@ class Machine:
         if endless:
             self.events.append(CycleStart(one.line.number))
         elif repeated or any(before < self.motions for before in self.jumps.get(name, [])):
-            self._unknown(one, f"{name} is reached from several places")
+            self._unknown(one, f"{name} is reached from several places: the robot's position is not known behind it")
 
     def _branch(self, one: Instruction, tree: Node) -> None:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]

@@ -118,6 +118,7 @@ class Flow(ABC):
             if not self._pass(block):
                 return
             value += step
+        self.variables.forget(root_of(target))  # what a controller leaves in the counter is not published
 
     def _while_block(self, block: Block) -> None:
         condition = self._condition(block.head)

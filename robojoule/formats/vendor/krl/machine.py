@@ -77,6 +77,7 @@ class Machine(Flow):
         self.sets = 0
         self.continues = False
         self.calls: list[str] = []
+        self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
         for line in data:
             if line.kind in ("declaration", "assignment"):
@@ -305,6 +306,7 @@ class Machine(Flow):
                 self.variables.set((parameter,), value_of(node, line, self.variables))
             self.run(routine)
         elif name not in HARMLESS and name not in self.still:
+            self.calls_elsewhere = True
             self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:

@@ -132,8 +132,13 @@ class KrlProgram:
 
     @cached_property
     def _has_bystanders(self) -> bool:
-        """Whether motions that did not run may take their speed from the same settings as those that did."""
+        """Whether motions that did not run may take their speed from the same settings as those that did.
+
+        They may stand in this file, or in programs of other files that it calls.
+        """
         assert self._machine is not None
+        if self._machine.calls_elsewhere:
+            return True
         ran = self._machine.settings.keys()
         others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]
         return any("PTP" in line.code.upper()[:4] and "$VEL_AXIS" not in line.code.upper() for line in others)
