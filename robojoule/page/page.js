@@ -144,7 +144,7 @@ function tradeOff() {
     axes: [axis("cycle time [s]"), { ...axis("energy per cycle [J]"), size: 72 }],
     series: [{ label: "cycle time", value: number(3, "s") },
       { label: "least energy", stroke: COLORS.move, width: 2, value: number(0, "J") },
-      { label: "fastest, then waiting", stroke: COLORS.before, width: 1.5, dash: [5, 3], value: number(0, "J") }],
+      { label: "own speeds, then waiting", stroke: COLORS.before, width: 1.5, dash: [5, 3], value: number(0, "J") }],
     hooks: { draw: [(u) => {
       mark(u, plan.cycle_time_s, plan.energy_j, COLORS.move, false);
       mark(u, now, bestPlan(now).energy, COLORS.accent, true);

@@ -26,6 +26,7 @@ from robojoule.year import Yearly
 SUFFIXES = (".html",)
 _FOLDER = Path(__file__).parent
 _PROFILE_POINTS = 33
+_DRAWN_POINTS = 4000  # of all profiles together: the page stays small
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +59,14 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """What the page shows as plain data, ready for JSON."""
         curve = self.trade_off.curve
+        most = max(_DRAWN_POINTS // max(len(self.trade_off.profiles), 1), _PROFILE_POINTS)
         return {
             "plan": self.plan.to_dict(),
             "yearly": self.yearly.to_dict(),
             "trade_off": {
                 "cycle_times_s": _digits(curve.cycle_times_s),
                 "energies_j": _digits(curve.energies_j),
-                "marginal_powers_w": _digits(curve.marginal_powers_w),
+                "marginal_powers_w": _digits(curve.marginal_powers_w, 6),
                 "movements": curve.movements.tolist(),
                 "least_durations_s": _digits(curve.least_durations_s),
                 "best": curve.best,
@@ -75,10 +77,10 @@ class Report:
             "movements": [
                 {
                     "name": name,
-                    "profile_durations_s": _digits(profile.durations_s),
-                    "profile_energies_j": _digits(profile.energies_j),
-                    "limit_durations_s": _digits(table[0]),
-                    "limit_percent": _digits(100.0 * table[1]),
+                    "profile_durations_s": _digits(_thinned(profile.durations_s, most), 6),
+                    "profile_energies_j": _digits(_thinned(profile.energies_j, most), 6),
+                    "limit_durations_s": _digits(table[0], 6),
+                    "limit_percent": _digits(100.0 * table[1], 6),
                     "given_percent": float(100.0 * given),
                 }
                 for name, profile, table, given in zip(
@@ -194,6 +196,12 @@ def _trace(trace: CycleTrace) -> dict[str, Any]:
         "power_w": _digits(trace.power_w, 5),
         "parts_j": trace.parts_j,
     }
+
+
+def _thinned(values: Array, most: int) -> Array:
+    """Values at no more places than that, the first and the last one among them."""
+    count = len(values)
+    return values if count <= most else values[np.linspace(0, count - 1, most).round().astype(int)]
 
 
 def _digits(values: Array | Sequence[float], digits: int = 9) -> list[float]:

@@ -57,6 +57,15 @@ def test_the_page_is_one_small_file_that_loads_nothing(report, tmp_path):
     assert "/*" not in re.sub(r"<script>.*?</script>|<style>.*?</style>", "", text, flags=re.S)
 
 
+def test_long_profiles_are_drawn_with_fewer_points(report, monkeypatch):
+    every = report.to_dict()["movements"][0]
+    monkeypatch.setattr("robojoule.page.report._DRAWN_POINTS", 0)
+    few = report.to_dict()["movements"][0]
+    for name in ("profile_durations_s", "profile_energies_j"):
+        assert len(few[name]) < len(every[name]) and set(few[name]) <= set(every[name])
+        assert [few[name][0], few[name][-1]] == [every[name][0], every[name][-1]]
+
+
 def test_names_cannot_break_the_page(case, tmp_path):
     program, robot, _ = case
     evil = "</script><script>document.title='broken'</script>"

@@ -212,6 +212,7 @@ class _Resolver:
             payload = payload_of_vendor(self.robot, payload)
         moments = payload.inertia_kg_m2
         inertia = six_moments(moments) if moments is not None else None
+        self._note(event.line, f"the robot carries {payload.mass_kg:g} kg from here on, in place of --payload")
         name = self._number("payload")
         carried = PayloadOperation(name=name, mass_kg=payload.mass_kg, com_m=payload.com_m, inertia_kg_m2=inertia)
         self._append(carried, event.line)

@@ -332,3 +332,10 @@ def test_a_program_of_which_nothing_can_be_planned_says_why(tmp_path):
     program = read(tmp_path, f"PTP {HOME}\n$TOOL=TOOL_DATA[4]\n{body}")
     with pytest.raises(InputError, match=r"TOOL_DATA\[4\] and the base are not in the file: give them by --tool"):
         optimize(program, ROBOT, cycle_time="+10%")
+
+
+def test_a_zone_of_unknown_reach_is_told(tmp_path):
+    program = read(tmp_path, f"PTP {HOME}\nPTP {TO} C_PTP\nPTP {HOME}\n")
+    assert any("does not say how far its zone reaches" in note for note in program.notes)
+    known = read(tmp_path, f"$APO.CPTP=30\nPTP {HOME}\nPTP {TO} C_PTP\nPTP {HOME}\n")
+    assert not any("zone" in note for note in known.notes)

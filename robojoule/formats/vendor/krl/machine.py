@@ -12,6 +12,7 @@ from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
 from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
+    ASSUMED_BLEND,
     Frames,
     blend_of,
     path_speed_of,
@@ -172,6 +173,8 @@ class Machine(Flow):
                 setting.data.add(data["VEL"])
         words = [str(one).upper() for one in tree.children if isinstance(one, Token) and one.type == "BLEND"]
         blend = blend_of(words, is_joint=is_joint, told=told, variables=self.variables)
+        if blend is ASSUMED_BLEND:
+            self.note(line, "the program does not say how far its zone reaches: taken as half of the way")
         motion = Motion(
             statement=line.code_start,
             line=line.number,

@@ -18,7 +18,8 @@ from robojoule.robots.robot import Payload
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
 APO_MODE = ("$APO", "MODE")  # whether the distance of motion data is one in mm, kept beside the distances
-DEFAULT_BLEND_SHARE = 1.0
+DEFAULT_BLEND_SHARE = 1.0  # where the program does not say how far a zone reaches; told
+ASSUMED_BLEND = Blend(share=DEFAULT_BLEND_SHARE)
 
 
 class Frames:
@@ -189,7 +190,7 @@ def path_speed_of(told: Mapping[str, Value], variables: Variables) -> Speed:
 
 
 def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], variables: Variables) -> Blend | None:
-    """How a motion is blended; None: it stops at its target."""
+    """How a motion is blended; None: it stops at its target; `ASSUMED_BLEND`: the program does not say how far."""
     if not words:
         return None
     data = told.get("data")
@@ -201,5 +202,5 @@ def blend_of(words: list[str], *, is_joint: bool, told: Mapping[str, Value], var
         in_percent = is_joint and not in_mm and not any(word != "C_PTP" for word in words)
         distance = number(variables.get(("$APO", "CPTP" if in_percent else "CDIS")))
     if distance is None:
-        return Blend(share=DEFAULT_BLEND_SHARE)
+        return ASSUMED_BLEND
     return Blend(share=min(distance / 100.0, 1.0)) if in_percent else Blend(radius_m=distance / 1e3)
