@@ -22,6 +22,7 @@ PLUMBING = {
     *("reproduction/study/config.py", "reproduction/tracking"),
     *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
     *("stages/__init__.py", "stages/cli.py"),
+    *("robojoule/formats/vendor", "robojoule/page"),  # no stage reads programs in vendors' languages, or writes pages
 }
 # Plumbing whose packages decide how outputs are written.
 WRITERS = {"reproduction/tables.py"}
