@@ -96,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 _WELCOME = """\
 Less energy for robots at the same cycle time. For a start:
 
-  robojoule example cycle.yaml     writes a program of a robot
+  robojoule example cycle.yaml     writes a program of a robot; your own (.src, .ls, .mod, .script) does as well
   robojoule optimize cycle.yaml --robot kuka_kr16_r2010_2 --payload 10 --cycle-time +10% \\
       --out slower.yaml --page saving.html
                                    plans it with a tenth more time, writes the plan and a page to look at
