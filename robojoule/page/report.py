@@ -64,9 +64,9 @@ class Report:
             "plan": self.plan.to_dict(),
             "yearly": self.yearly.to_dict(),
             "trade_off": {
-                "cycle_times_s": _digits(curve.cycle_times_s),
-                "energies_j": _digits(curve.energies_j),
-                "marginal_powers_w": _digits(curve.marginal_powers_w, 6),
+                "cycle_times_s": _digits(curve.cycle_times_s, 8),
+                "energies_j": _digits(curve.energies_j, 7),
+                "marginal_powers_w": _digits(curve.marginal_powers_w, 4),
                 "movements": curve.movements.tolist(),
                 "least_durations_s": _digits(curve.least_durations_s),
                 "best": curve.best,

@@ -17,7 +17,7 @@ from robojoule.formats.vendor.resolved import Resolution
 from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
-from robojoule.formats.vendor.trace import Beside, Event, Trace, Unknown, VendorProgram, Wait, Wish
+from robojoule.formats.vendor.trace import Beside, Event, Motion, Trace, Unknown, VendorProgram, Wait, Wish
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
@@ -28,9 +28,11 @@ LEAST_WAIT_S = 0.01  # that a plan adds to a program: people read them
 
 
 def _is_open(event: Event) -> bool:
-    """Whether something may let the robot stand for a time that nobody knows."""
+    """Whether something may take a time that nobody knows: a wait, or a motion of the tool without a speed."""
     if isinstance(event, Unknown):
         return event.may_stand
+    if isinstance(event, Motion):
+        return event.kind != "joint" and event.speed.duration_s is None and event.speed.tool_m_s is None
     return isinstance(event, Wait) and event.duration_s is None
 
 
@@ -73,6 +75,8 @@ class VendorSource:
                 events.append(replace(one, duration_s=given[one.line]))
             elif isinstance(one, Unknown) and _is_open(one) and one.line in given:
                 events.append(Wait(_NO_STATEMENT, one.line, given[one.line], one.what))
+            elif isinstance(one, Motion) and _is_open(one) and one.line in given:
+                events.append(replace(one, speed=replace(one.speed, duration_s=given[one.line])))
             else:
                 events.append(one)
         return replace(trace, events=tuple(events))

@@ -352,3 +352,14 @@ def test_what_waits_for_a_signal_in_a_block_has_no_length(tmp_path, block):
 def test_the_reason_that_tells_most_is_named(tmp_path):
     with pytest.raises(InputError, match="XP1 is not in the program's files"):
         read(tmp_path, f"PTP {HOME}\nPTP XP1 C_PTP\nPTP XP2\n").check(ROBOT)
+
+
+def test_a_linear_motion_without_a_speed_takes_a_duration_given_beside(tmp_path):
+    body = f"PTP {HOME}\nPTP {TO}\nLIN_REL {{X 0,Y 0,Z -50}}\nPTP {HOME}"
+    frames = {"tool": Placement.of((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)), "base": Placement.of((0.0,) * 3, (0.0,) * 3)}
+    program = read(tmp_path, body, robot=ROBOT, beside=Beside(**frames))
+    assert any("line 4" in note and "how fast the linear motion is" in note for note in program.notes)
+    assert unknown_operations(program.tree)
+    program = read(tmp_path, body, robot=ROBOT, beside=Beside(**frames, waits_s={4: 0.8}))
+    assert not unknown_operations(program.tree)
+    assert simulate(program, ROBOT).durations_s[1] == pytest.approx(0.8, abs=2e-3)
