@@ -19,6 +19,7 @@ from importlib import import_module
 from typing import NoReturn
 
 from robojoule import __version__
+from robojoule.cli._progress import sign_of_life
 from robojoule.errors import InputError, RobojouleError
 
 COMMANDS = {
@@ -115,7 +116,8 @@ def _run(words: list[str], command: str | None) -> int:
     parsed = _parser(command).parse_args(words)
     module = import_module(f"robojoule.cli.{parsed.command}")
     try:
-        result = module.run(parsed)
+        with nullcontext() if parsed.command == "cell" else sign_of_life(f"robojoule {parsed.command}"):
+            result = module.run(parsed)
     except InputError as error:
         name = re.sub("_(s|w|percent)$", "", error.key or "")  # options leave the unit out
         if error.file is None and name in vars(parsed):  # said as it was typed
