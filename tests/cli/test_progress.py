@@ -2,6 +2,7 @@
 
 import io
 import time
+from contextlib import redirect_stderr
 
 import pytest
 
@@ -23,27 +24,29 @@ def until(terminal: io.StringIO, text: str) -> None:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    found = Terminal()
-    monkeypatch.setattr("sys.stderr", found)
     monkeypatch.setattr(_progress, "SILENT_S", 0.01)
-    return found
+    return Terminal()
 
 
 def test_long_work_is_told_and_the_line_goes(terminal):
-    with _progress.sign_of_life("robojoule optimize"):
+    with redirect_stderr(terminal), _progress.sign_of_life("robojoule optimize"):
         until(terminal, "\rrobojoule optimize: at work for 0 s")
     assert terminal.getvalue().endswith(" \r")
 
 
 def test_short_work_is_silent(terminal, monkeypatch):
     monkeypatch.setattr(_progress, "SILENT_S", 600.0)
-    with _progress.sign_of_life("robojoule optimize"):
+    with redirect_stderr(terminal), _progress.sign_of_life("robojoule optimize"):
         pass
     assert terminal.getvalue() == ""
 
 
 def test_an_error_ends_it(terminal):
-    with pytest.raises(ValueError, match="wrong"), _progress.sign_of_life("robojoule optimize"):
+    with (
+        pytest.raises(ValueError, match="wrong"),
+        redirect_stderr(terminal),
+        _progress.sign_of_life("robojoule optimize"),
+    ):
         until(terminal, "at work")
         raise ValueError("wrong")
     assert terminal.getvalue().endswith(" \r")
@@ -51,8 +54,7 @@ def test_an_error_ends_it(terminal):
 
 def test_files_and_pipes_get_nothing(monkeypatch):
     plain = io.StringIO()
-    monkeypatch.setattr("sys.stderr", plain)
     monkeypatch.setattr(_progress, "SILENT_S", 0.0)
-    with _progress.sign_of_life("robojoule optimize"):
+    with redirect_stderr(plain), _progress.sign_of_life("robojoule optimize"):
         time.sleep(0.05)
     assert plain.getvalue() == ""
