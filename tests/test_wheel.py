@@ -85,7 +85,7 @@ def test_the_metadata_is_complete(wheel: Path):
     assert metadata["License-Expression"] == "Apache-2.0"
     assert all(metadata[key] for key in ("Summary", "Keywords", "Author", "Requires-Python"))
     assert "Typing :: Typed" in metadata.get_all("Classifier", [])
-    assert metadata.get_all("Provides-Extra") == ["cells", "parquet", "pipeline", "plot"]
+    assert metadata.get_all("Provides-Extra") == ["cells", "dask", "parquet", "pipeline", "plot", "postgres", "ray"]
     core = {re.match(r"[\w-]+", text)[0] for text in metadata.get_all("Requires-Dist", []) if "extra ==" not in text}
     assert not HEAVY & core and {"numpy", "pyomo"} <= core
 
@@ -115,6 +115,7 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
         "adjust": ["slower.yaml", *robot, "--measured-cycle", "4.3"],
         "pareto": ["cycle.yaml", *robot, "--csv", "pareto.csv"],
         "identify": ["log.csv", *robot, "--out", "identified.json"],
+        "convert": ["cycle.yaml", "cycle.src", "--robot", ROBOT, "--json"],
         "cell": ["solve", "cell.yaml", "--out", "cell_plan.json", "--json"],
     }
     assert calls.keys() == COMMANDS.keys()
@@ -122,7 +123,15 @@ def test_every_command_works_in_an_empty_environment(installed: Installed):
     assert [row["name"] for row in results["robots"]["robots"]] == list_robots()
     assert 0.0 < results["optimize"]["saving_percent"] < 40.0
     assert results["identify"]["held_out"]["rmse_percent"] < 5.0
-    written = {"positions.csv", "slower.yaml", "pareto.csv", "identified.json", "cell_plan.json"}
+    written = {
+        "positions.csv",
+        "slower.yaml",
+        "pareto.csv",
+        "identified.json",
+        "cell_plan.json",
+        "cycle.src",
+        "cycle.dat",
+    }
     assert {path.name for path in installed.folder.iterdir()} == {"cycle.yaml", "log.csv", "cell.yaml", *written}
 
 

@@ -15,6 +15,8 @@ from tests.conftest import ROOT, free_port, wait_for
 
 
 def first_training(layout, start):
+    import mlflow
+
     start.wait()
     mlflow = connect(layout)
     with mlflow.start_run():
@@ -32,9 +34,7 @@ def runs_in(layout: Layout) -> int:
 def test_first_trainings_at_the_same_instant(tmp_path):
     """Three processes, a fresh folder: all of them record, in one experiment."""
     pytest.importorskip("fcntl")
-    import mlflow  # noqa: F401  before the processes part, as it takes long
-
-    context = multiprocessing.get_context("fork")
+    context = multiprocessing.get_context("spawn")  # nothing of what other tests left in this process
     layout, start = Layout(tmp_path), context.Barrier(3)
     trainings = [context.Process(target=first_training, args=(layout, start)) for _ in range(3)]
     for training in trainings:
