@@ -1,5 +1,6 @@
 """The store of MLflow: made once and whole, however many trainings come first and whenever one of them is killed."""
 
+import importlib
 import multiprocessing
 import os
 import signal
@@ -15,8 +16,7 @@ from tests.conftest import ROOT, free_port, wait_for
 
 
 def first_training(layout, start):
-    import mlflow
-
+    importlib.import_module("mlflow")  # before the start, as it takes long
     start.wait()
     mlflow = connect(layout)
     with mlflow.start_run():
