@@ -28,7 +28,7 @@ STAGES = (
     *("evaluate_plans", "draw_figures"),
 )
 COMMAND = ("-m", "dvc", "repro")
-_LATEST_S = 4.0  # after a stage began; stages of the small set take 2 to 15 s
+LATEST_S = 4.0  # after a stage began; stages of the small set take 2 to 15 s
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,14 @@ def kill_in(project: Path, stage: str, after_s: float, log: Path) -> Kill:
     return Kill(stage, after_s, False)
 
 
-def chain(project: Path, seed: int, folder: Path) -> list[Kill]:
+def chain(project: Path, seed: int, folder: Path, latest_s: float = LATEST_S) -> list[Kill]:
     """Kill every stage of a run once, then let it end.
 
     Args:
         project: A copy of the project; its results, if any, are made again.
         seed: Of the moments.
         folder: Where the output of the runs goes.
+        latest_s: How long a stage may run before it is killed. [s]
 
     Raises:
         AssertionError: The last run does not end well.
@@ -100,7 +101,7 @@ def chain(project: Path, seed: int, folder: Path) -> list[Kill]:
     draw = random.Random(seed)
     kills = []
     for stage in STAGES:
-        kills.append(kill_in(project, stage, draw.uniform(0.0, _LATEST_S), folder / f"{seed}-{stage}.log"))
+        kills.append(kill_in(project, stage, draw.uniform(0.0, latest_s), folder / f"{seed}-{stage}.log"))
     log = folder / f"{seed}-end.log"
     with running(project, log) as process:
         code = process.wait()

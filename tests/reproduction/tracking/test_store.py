@@ -31,10 +31,12 @@ def runs_in(layout: Layout) -> int:
     return len(client.search_runs([experiment.experiment_id]))
 
 
-def test_first_trainings_at_the_same_instant(tmp_path):
+def test_first_trainings_at_the_same_instant(tmp_path, monkeypatch):
     """Three processes, a fresh folder: all of them record, in one experiment."""
     pytest.importorskip("fcntl")
     context = multiprocessing.get_context("spawn")  # nothing of what other tests left in this process
+    for name in ("TRACKING_URI", "REGISTRY_URI", "EXPERIMENT_ID", "EXPERIMENT_NAME", "RUN_ID"):
+        monkeypatch.delenv(f"MLFLOW_{name}", raising=False)  # MLflow itself leaves them there
     layout, start = Layout(tmp_path), context.Barrier(3)
     trainings = [context.Process(target=first_training, args=(layout, start)) for _ in range(3)]
     for training in trainings:
