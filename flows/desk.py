@@ -124,9 +124,8 @@ def up(layout: Layout) -> None:
 
 def deploy(layout: Layout) -> None:
     """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
-    prefect = ("-m", "prefect", "--no-prompt")
-    _run(layout, *prefect, "work-pool", "create", POOL, "--type", "process", "--overwrite")
-    _run(layout, *prefect, "deploy", "--all")
+    _run(layout, "-m", "flows.pool", POOL)
+    _run(layout, "-m", "prefect", "--no-prompt", "deploy", "--all")
 
 
 def _run(layout: Layout, *words: str) -> None:
