@@ -74,6 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
+    from robojoule.documents import all_or_none
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
@@ -91,9 +92,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             **wishes_of(arguments),
         )
     page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
-    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
-    if page is not None:
-        page.save(arguments.page)
+    with all_or_none():
+        lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+        if page is not None:
+            page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
     told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
