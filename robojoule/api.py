@@ -162,7 +162,8 @@ def adjust(
         CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
     """
     if (measured_cycle is None) == (runs is None):
-        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
+        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
@@ -240,7 +241,7 @@ def pareto(
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
     found = trade_off(batch, source, None if runs is None else checked_runs(runs, program), cautious=cautious)
-    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest), *found.warnings))
 
 
 @finite
