@@ -166,7 +166,8 @@ def adjust(
         CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
     """
     if (measured_cycle is None) == (runs is None):
-        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
+        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
@@ -248,7 +249,7 @@ def pareto(
     measured = None if runs is None else checked_runs(runs, program)
     with telling(progress):
         found = trade_off(batch, source, measured, cautious=cautious)
-    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest), *found.warnings))
 
 
 @finite

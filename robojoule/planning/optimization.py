@@ -10,7 +10,7 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing import identify_timing, rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_flag, shown
@@ -126,6 +126,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
             *plan_warnings(written, run, given),
             *unused_warnings(unused_s, step_s),
             *(simulated_instead(batch) if wish.profiles == "predicted" else ()),
+            *_timing_doubts(batch),
         ),
         reserve_s=kept_s,
         profiles=wish.profiles,
@@ -230,10 +231,16 @@ def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *
             robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
             batch = TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
         if profiles == "simulated":
-            return trade_offs(batch)[0]
+            return replace(trade_offs(batch)[0], warnings=_timing_doubts(batch))
         return trade_off_on(profile_source(batch, Wish(0.0, 0.0, 1.0, profiles, cautious)), batch)
     given = np.array([move.speed_limit_percent / 100.0 for move in batch.trees[0].moves()])
     known, _ = profiles_of_runs(batch, runs, given, speed_step=0.01)
     if cautious:
         known = replace(known, energy_j=cautious_energies(known))
-    return trade_off_on(within_range(batch, known), batch)
+    return replace(trade_off_on(within_range(batch, known), batch), warnings=rule_doubts(known.held_out_error))
+
+
+def _timing_doubts(batch: TreeBatch) -> tuple[str, ...]:
+    """What to know about a timing that was learnt, a sentence each."""
+    controller = batch.robot.controller
+    return () if controller is None else rule_doubts(controller.duration_error)
