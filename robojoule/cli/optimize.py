@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             model=model,
             **wishes_of(arguments),
         )
-    page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
+        page = None if arguments.page is None else _page(arguments, plan, program, robot, operation, model)
     lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
     if page is not None:
         page.save(arguments.page)
@@ -100,7 +100,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 
-def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Robot, operation: Operation) -> Report:
+def _page(
+    arguments: argparse.Namespace,
+    plan: Plan,
+    program: Program,
+    robot: Robot,
+    operation: Operation,
+    model: Path | None,
+) -> Report:
     """The page of a plan; its trade-off stands on what the plan stands on."""
     from robojoule.api import pareto, report
 
@@ -109,6 +116,7 @@ def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Ro
         robot,
         allow_faster=arguments.allow_faster,
         profiles=arguments.profiles,
+        model=model,
         runs=arguments.runs,
         cautious=arguments.cautious,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import (
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -17,6 +18,7 @@ from robojoule.cli._arguments import (
     check_outputs,
     program_and_robot_of,
 )
+from robojoule.cli._models import model_folder
 from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
@@ -37,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_slowest(parser)
     add_profiles(parser)
+    add_model(parser)
     add_runs(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
@@ -49,15 +52,17 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program, robot = program_and_robot_of(arguments)
-    found = pareto(
-        program,
-        robot,
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
-        runs=arguments.runs,
-        cautious=arguments.cautious,
-    )
+    with model_folder(arguments.model) as model:
+        found = pareto(
+            program,
+            robot,
+            allow_faster=arguments.allow_faster,
+            slowest_speed_limit_percent=arguments.slowest_speed_limit,
+            profiles=arguments.profiles,
+            model=model,
+            runs=arguments.runs,
+            cautious=arguments.cautious,
+        )
     result = found.to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
