@@ -13,6 +13,7 @@ from robojoule.cli._arguments import (
     add_model,
     add_program,
     add_robot,
+    add_speed_step,
     check_outputs,
     number,
     program_and_robot_of,
@@ -35,13 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
-    parser.add_argument(
-        "--speed-step",
-        type=number,
-        default=None,
-        metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
-    )
+    add_speed_step(parser)
     add_measurements(parser)
     add_model(parser)
     add_bounds(parser)

@@ -17,6 +17,7 @@ from robojoule.cli._arguments import (
     add_slowest,
     check_outputs,
     program_and_robot_of,
+    trade_off_of,
 )
 from robojoule.cli._models import model_folder
 from robojoule.cli._output import show_head, show_loads, show_written
@@ -47,23 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
-    from robojoule.api import pareto
     from robojoule.documents import write_files
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program, robot = program_and_robot_of(arguments)
     with model_folder(arguments.model) as model:
-        found = pareto(
-            program,
-            robot,
-            allow_faster=arguments.allow_faster,
-            slowest_speed_limit_percent=arguments.slowest_speed_limit,
-            profiles=arguments.profiles,
-            model=model,
-            runs=arguments.runs,
-            cautious=arguments.cautious,
-        )
-    result = found.to_dict(until=arguments.until)
+        result = trade_off_of(arguments, program, robot, model).to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

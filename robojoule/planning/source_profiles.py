@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing import identify_timing, rule_doubts
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
 from robojoule.motion.blends import BlendedPaths
@@ -106,8 +106,9 @@ def move_profile(
     if runs is None:
         return motion_profile(robot, start, end, points, profiles, predictor)
     if profiles == "simulated":
-        learnt = robot.variant(controller=identify_timing(batch.paths, runs).controller)
-        return simulated_profile(learnt, start, end, points)
+        timing = identify_timing(batch.paths, runs)
+        learnt = simulated_profile(robot.variant(controller=timing.controller), start, end, points)
+        return replace(learnt, doubts=(*learnt.doubts, *rule_doubts(timing.controller.duration_error)))
     if profiles == "measured":
         check_measured(batch, runs, [row])
     own = np.unique(runs.speed_limits[runs.motion == row])
@@ -130,6 +131,7 @@ def move_profile(
     )
     return replace(
         believed,
+        doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
         measured_speed_limits=frozen(own),
         rule=found.rule,
         idle_power_start_w=float(found.idle_start_w[row]),
