@@ -34,6 +34,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
     parser.add_argument(
+        "--given",
+        type=Path,
+        metavar="PROGRAM",
+        help="the program that the plan was made from: its speed limits bound the new plan (YAML and JSON files of "
+        "plans say them)",
+    )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
+    parser.add_argument(
         "--speed-step",
         type=number,
         default=None,
@@ -54,10 +64,15 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
     program, robot = program_and_robot_of(arguments)
+    given = None
+    if arguments.given is not None:
+        given, _ = program_and_robot_of(argparse.Namespace(**{**vars(arguments), "program": arguments.given}))
     plan = adjust(
         program,
         robot,
         measured_cycle=arguments.measured_cycle,
+        given=given,
+        allow_faster=arguments.allow_faster,
         **wishes_of(arguments),
     )
     lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
