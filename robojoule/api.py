@@ -39,6 +39,7 @@ from robojoule.planning.section_plans import has_sections, refuse_sections, sect
 from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.profiling import energy_profile as energy_profile
 from robojoule.programs.tree_check import robot_warnings
+from robojoule.progress import Listener, telling
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
 
@@ -68,6 +69,7 @@ def optimize(
     peak_power_w: float | None = None,
     allow_overload_percent: float = 0.0,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
+    progress: Listener | None = None,
 ) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -100,6 +102,7 @@ def optimize(
         allow_overload_percent: By how much torques may exceed the peak limits. [%]
         slowest_speed_limit_percent: Least speed limit of a plan's motions, 0.01 to 100. The optimum is that within
             this bound (the thesis's is 10). [%]
+        progress: Hears how far the work is, see `robojoule.progress`.
 
     Raises:
         InputError: The program does not fit the robot, an argument or a run is not valid, a joint torque exceeds its
@@ -120,10 +123,11 @@ def optimize(
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
     batch = guard.bounded(batch)
-    if known is None or source == "simulated":
-        plan = planned(program, batch, at_full_speed, wish)
-    else:
-        plan = planned_on_runs(program, batch, known, wish)
+    with telling(progress):
+        if known is None or source == "simulated":
+            plan = planned(program, batch, at_full_speed, wish)
+        else:
+            plan = planned_on_runs(program, batch, known, wish)
     return guard.told(plan, as_given, robot)
 
 
@@ -227,6 +231,7 @@ def pareto(
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
+    progress: Listener | None = None,
 ) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
@@ -238,6 +243,7 @@ def pareto(
         runs: Measured runs of the program's moves; see `optimize`.
         cautious: Whether to go by the upper quantile of energy differences; not for simulated profiles.
         slowest_speed_limit_percent: Least speed limit of the motions, 0.01 to 100. [%]
+        progress: See `optimize`.
 
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
@@ -250,13 +256,21 @@ def pareto(
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    found = trade_off(batch, source, None if runs is None else checked_runs(runs, program), cautious=cautious)
+    measured = None if runs is None else checked_runs(runs, program)
+    with telling(progress):
+        found = trade_off(batch, source, measured, cautious=cautious)
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest), *found.warnings))
 
 
 @finite
 def report(
-    plan: Plan, program: Program, robot: Robot, *, trade_off: TradeOff | None = None, operation: Operation | None = None
+    plan: Plan,
+    program: Program,
+    robot: Robot,
+    *,
+    trade_off: TradeOff | None = None,
+    operation: Operation | None = None,
+    progress: Listener | None = None,
 ) -> Report:
     """A plan beside the program as given, with what it means in a year; `save` writes a page to look at.
 
@@ -266,6 +280,7 @@ def report(
         robot: Robot with its payload, as for the plan.
         trade_off: Energy over cycle time of the program, if it is not the one that `pareto` gives of itself.
         operation: How much the robot works in a year, and what its electricity costs; see `robojoule.year`.
+        progress: See `optimize`.
 
     Raises:
         InputError: The plan is not one of this program.
@@ -274,12 +289,13 @@ def report(
     refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
         raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
-    curve = pareto(program, robot) if trade_off is None else trade_off
+    curve = pareto(program, robot, progress=progress) if trade_off is None else trade_off
     tree, planned = (model_program(one, robot).tree for one in (program, plan.program))
     batch = checked_batch(model_program(program, robot), robot)
     given = simulate_trees(batch, [[tree]])[0][0]
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
-    return report_of(plan, curve, (tree, given), planned, batch, year)
+    with telling(progress):
+        return report_of(plan, curve, (tree, given), planned, batch, year)
 
 
 @finite

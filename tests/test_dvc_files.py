@@ -20,7 +20,7 @@ PLUMBING = {
         for name in ("__init__", "claims", "config", "layout", "pools", "scratch", "settings", "tables")
     ),
     *("reproduction/study/config.py", "reproduction/tracking"),
-    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
+    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs", "progress")),
     *("stages/__init__.py", "stages/cli.py"),
     *("robojoule/formats/vendor", "robojoule/page"),  # no stage reads programs in vendors' languages, or writes pages
 }

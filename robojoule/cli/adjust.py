@@ -12,6 +12,7 @@ from robojoule.cli._arguments import (
     add_measurements,
     add_program,
     add_robot,
+    add_speed_step,
     check_outputs,
     number,
     program_and_robot_of,
@@ -43,13 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
     )
-    parser.add_argument(
-        "--speed-step",
-        type=number,
-        default=None,
-        metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
-    )
+    add_speed_step(parser)
     add_measurements(parser)
     add_bounds(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")

@@ -16,6 +16,7 @@ from robojoule.cli._arguments import (
     add_slowest,
     check_outputs,
     program_and_robot_of,
+    trade_off_of,
 )
 from robojoule.cli._output import show_head, show_loads, show_written
 
@@ -44,21 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
-    from robojoule.api import pareto
     from robojoule.documents import write_files
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program, robot = program_and_robot_of(arguments)
-    found = pareto(
-        program,
-        robot,
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
-        runs=arguments.runs,
-        cautious=arguments.cautious,
-    )
-    result = found.to_dict(until=arguments.until)
+    result = trade_off_of(arguments, program, robot).to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

@@ -19,7 +19,7 @@ from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.measured_plans import plan_on_measurements, profiles_of_runs, within_range
 from robojoule.planning.pareto import TradeOff, trade_off_on, trade_offs
-from robojoule.planning.plan import Plan, is_as_good, plan_warnings, standby_until, verify, waiting_until
+from robojoule.planning.plan import Plan, is_as_good, plan_of, plan_warnings, verify, waiting_until
 from robojoule.planning.predicted_motions import predicted_profiles, simulated_instead
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
@@ -112,18 +112,15 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
     if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
-    energy_given_j = waiting_until(given, run.cycle_time_s, idle_w)
     # Plans of the cycle without the dropped part of a step would take the bound again if they waited for that part.
     bound_j = schedule.bound_j - max(schedule.cycle_time_s - run.cycle_time_s, 0.0) * float(batch.idle_post_w.max())
-    return Plan(
-        program=replace(program, tree=written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=run,
+    return plan_of(
+        program,
+        batch,
+        written,
+        (run, given, fastest),
+        idle_w,
         least_cycle_time_s=least_s,
-        energy_given_j=energy_given_j,
-        standby_given_j=standby_until(given, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=(
             *plan_warnings(written, run, given),
@@ -133,7 +130,7 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
         ),
         reserve_s=kept_s,
         profiles=wish.profiles,
-        outlook=_outlook(batch, source, run, kept_s, energy_given_j),
+        outlook=_outlook(batch, source, run, kept_s, waiting_until(given, run.cycle_time_s, idle_w)),
     )
 
 
@@ -206,16 +203,13 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         placed=program.placed,
         given_tree=program.tree,
     )
-    idle_w = float(found.idle_end_w)
-    return Plan(
-        program=replace(program, tree=found.written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=found.run,
+    return plan_of(
+        program,
+        batch,
+        found.written,
+        (found.run, found.given, found.fastest),
+        float(found.idle_end_w),
         least_cycle_time_s=found.least_cycle_s,
-        energy_given_j=waiting_until(found.given, found.run.cycle_time_s, idle_w),
-        standby_given_j=standby_until(found.given, found.run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(found.fastest, found.run.cycle_time_s, idle_w),
         bound_j=found.run.energy_j,
         warnings=(*plan_warnings(found.written, found.run, found.given), *found.warnings),
         reserve_s=found.reserve_s,
