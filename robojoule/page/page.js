@@ -84,7 +84,7 @@ function heading() {
     `${fixed(plan.cycle_time_s, 3)} s`;
   const less = plan.saving_percent >= 0 ? "less" : "more";
   byId("headline").textContent = `${fixed(Math.abs(plan.saving_percent), 1)} % ${less} energy: ` +
-    `${whole(plan.energy_j)} J per cycle, not ${whole(plan.energy_given_j)} J`;
+    `${whole(plan.energy_j)}\u00a0J per cycle, not ${whole(plan.energy_given_j)}\u00a0J`;
   const tiles = [
     [`${figures(year.saved_kwh)} kWh`, `saved a year, in ${whole(year.hours_per_year)} h of production`],
     [`${figures(year.saved_cost)} ${year.currency}`, `saved a year, at ${fixed(year.price_per_kwh, 2)} ${year.currency}/kWh`],
@@ -214,8 +214,8 @@ function profiles() {
       dot.setAttribute("d", `M${p.cx} ${p.cy - 5}l5 5l-5 5l-5 -5z`);
     });
     const figure = element("figure"), caption = element("figcaption");
-    caption.append(element("b", move.name), element("br"), `${whole(shown.least_j)} to ${whole(shown.most_j)} J, ` +
-      `${fixed(shown.from_s, 2)} to ${fixed(shown.to_s, 2)} s`);
+    caption.append(element("b", move.name), element("br"), `${whole(shown.least_j)} to ${whole(shown.most_j)} J`,
+      element("br"), `${fixed(shown.from_s, 2)} to ${fixed(shown.to_s, 2)} s`);
     figure.append(caption, picture);
     byId("profiles").append(figure);
   }
