@@ -106,6 +106,7 @@ def _lost(url: str) -> Iterator[None]:
     try:
         yield
     except httpx.TransportError:
+        logging.raiseExceptions = False  # Prefect says each time by this switch that a log did not get through
         atexit.register(_leave)  # registered last, it comes first: before threads of Prefect that would try on
         raise RobojouleError(
             f"the Prefect server at {url} no longer answers; give the same command again when one does: "
