@@ -13,7 +13,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.optimization import RELATIVE_GAP, Wish, profile_source, required_s
-from robojoule.planning.plan import Plan, plan_warnings, standby_until, waiting_until
+from robojoule.planning.plan import Plan, plan_of, plan_warnings
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.whole_speeds import whole_speed_plan
@@ -79,16 +79,13 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     written = write_plan(tree, graph, timed, whole.speed_limits, durations, program.wait_step_s)
     written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
-    idle_w = float(batch.idle_post_w[-1])
-    return Plan(
-        program=replace(program, tree=written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=run,
+    return plan_of(
+        program,
+        batch,
+        written,
+        (run, as_ran, at_full),
+        float(batch.idle_post_w[-1]),
         least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(as_ran, run.cycle_time_s, idle_w),
-        standby_given_j=standby_until(as_ran, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(at_full, run.cycle_time_s, idle_w),
         bound_j=run.energy_j,
         warnings=(
             *plan_warnings(written, run, as_ran),

@@ -9,6 +9,7 @@ import numpy as np
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.timing import rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import counted
@@ -168,12 +169,13 @@ def plan_on_measurements(
 
 def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
     """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
+    doubts = rule_doubts(profiles.held_out_error)
     lowest = allowed.argmax(axis=1)
     stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
     if slack_s <= SAME_TIME_S or stuck == 0:
-        return ()
+        return doubts
     moves = counted(stuck, "move") if stuck > 1 else "a move"
-    return (f"{moves} at the lowest speed limit that was measured: slower runs may save more",)
+    return (*doubts, f"{moves} at the lowest speed limit that was measured: slower runs may save more")
 
 
 def profiles_of_runs(

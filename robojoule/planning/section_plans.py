@@ -16,6 +16,7 @@ from robojoule.planning.cycle_run import OPEN_CYCLE, CycleRun
 from robojoule.planning.plan import Plan
 from robojoule.programs.operation_tree import PLANNED
 from robojoule.programs.sections import sections_of, shared_groups, unknown_operations
+from robojoule.progress import within
 
 _MOST_NAMED = 6  # places that a message names
 
@@ -70,7 +71,11 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
     sections = section_programs(program)
     if not sections:
         raise InputError("no motion lies between parts of known length", file=program.path)
-    return _joined(program, [plan_one(section) for section in sections])
+    plans = []
+    for number, section in enumerate(sections, 1):
+        with within(f"section {number} of {len(sections)}"):
+            plans.append(plan_one(section))
+    return _joined(program, plans)
 
 
 def simulated_sections(program: Program, runs: Sequence[CycleRun]) -> CycleRun:
