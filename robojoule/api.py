@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
+    adjustable_tree,
     checked_batch,
     checked_robot,
     checked_runs,
@@ -33,7 +34,7 @@ from robojoule.planning.guard import Guard
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
-from robojoule.planning.plan import Plan
+from robojoule.planning.plan import Plan, faster_warnings
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
 from robojoule.profile.predicted import ProfilePredictor
 from robojoule.profile.predictor_file import load_profile_predictor
@@ -138,6 +139,8 @@ def adjust(
     measured_cycle: float | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cycle_time: float | str | None = None,
+    given: Program | None = None,
+    allow_faster: bool = False,
     speed_step: float | None = None,
     reserve: float | str = 0.0,
     cautious: bool = False,
@@ -147,7 +150,8 @@ def adjust(
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
-    Speed limits of the plan do not bound the new one: they are what the last plan chose. Fixed moves keep theirs.
+    Speed limits of the plan do not bound the new one: they are what the last plan chose. Those of the program before it
+    do, which plans saved as YAML or JSON say (`most_speed_percent`). Fixed moves keep theirs.
 
     Args:
         program: The plan that ran: the program with its speed limits and waits.
@@ -156,6 +160,9 @@ def adjust(
         runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
         cycle_time: Cycle time that is asked for; if not given, the one that the program was planned for, which plans
             say in the program (`planned_cycle_s`). [s]
+        given: The program that the plan was made from, whose speed limits are upper bounds; for formats that cannot say
+            what they were.
+        allow_faster: Whether moves that are not fixed may be faster than the program's own speed limits.
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
@@ -175,7 +182,8 @@ def adjust(
     refuse_sections(as_given, "adjust")
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
-    batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
+    bounds = full_speed if as_flag(allow_faster, "allow_faster") else adjustable_tree(program, given, robot)
+    batch = guard.bounded(moving_batch(program, guard.bearing(robot), bounds))
     asked = program.tree.planned_cycle_s if cycle_time is None else cycle_time
     if asked is None:
         problem = "the program does not say for which cycle time it was planned"
@@ -187,6 +195,8 @@ def adjust(
     else:
         measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
         plan = adjusted(program, batch, full_speed, measured_s, wish)
+    if not (program.remembers or given is not None or allow_faster):
+        plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
     return guard.told(plan, as_given, robot)
 
 

@@ -36,6 +36,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
+    parser.add_argument(
+        "--given",
+        type=Path,
+        metavar="PROGRAM",
+        help="the program that the plan was made from: its speed limits bound the new plan (YAML and JSON files of "
+        "plans say them)",
+    )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
     add_speed_step(parser)
     add_measurements(parser)
     add_model(parser)
@@ -50,13 +60,18 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs", "given"], {"out": suffixes})
     program, robot = program_and_robot_of(arguments)
+    given = None
+    if arguments.given is not None:
+        given, _ = program_and_robot_of(argparse.Namespace(**{**vars(arguments), "program": arguments.given}))
     with model_folder(arguments.model) as model:
         plan = adjust(
             program,
             robot,
             measured_cycle=arguments.measured_cycle,
+            given=given,
+            allow_faster=arguments.allow_faster,
             model=model,
             **wishes_of(arguments),
         )

@@ -71,11 +71,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.api import optimize
     from robojoule.documents import all_or_none
     from robojoule.formats.registry import FORMATS
+    from robojoule.planning.section_plans import refuse_sections
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
     operation = operation_of(arguments)
     program, robot = program_and_robot_of(arguments)
+    if arguments.page is not None:
+        refuse_sections(program.for_robot(robot), "a page")
     with model_folder(arguments.model) as model:
         plan = optimize(
             program,

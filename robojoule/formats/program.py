@@ -138,6 +138,11 @@ class Program:
         return settings
 
     @property
+    def remembers(self) -> bool:
+        """Whether its format can say what the program was before a plan was made."""
+        return self.format in (None, TreeFiles.name)
+
+    @property
     def wait_step_s(self) -> float:
         """Waits that plans add are multiples of it. [s]"""
         return WAIT_STEP_S if self.source is None else self.source.wait_step_s

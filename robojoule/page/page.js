@@ -29,10 +29,11 @@ for (const move of moves) {
 const limitFor = (move, duration) => interpolated(1 / Math.max(duration, 1e-9), ...move.speeds);
 const COLORS = { move: "#0072b2", process: "#009e73", wait: "#c9ced6", before: "#6b7280", accent: "#d55e00" };
 const byId = (id) => document.getElementById(id);
-const fixed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
-const grouped = (value, digits) => value.toLocaleString("en-GB", { minimumFractionDigits: digits,
+const rounded = (value, digits) => Number(value.toFixed(digits)) || 0; // no minus before nothing
+const fixed = (value, digits) => rounded(value, digits).toFixed(digits).replace("-", "\u2212");
+const grouped = (value, digits) => rounded(value, digits).toLocaleString("en-GB", { minimumFractionDigits: digits,
   maximumFractionDigits: digits }).replace("-", "\u2212");
-const whole = (value) => grouped(Math.round(value), 0);
+const whole = (value) => grouped(value, 0);
 const fixed2 = (value) => Number(value.toFixed(2));
 const figures = (value) => (Math.abs(value) >= 100 ? whole(value) : fixed(value, Math.abs(value) >= 10 ? 1 : 2));
 
@@ -84,7 +85,7 @@ function heading() {
     `${fixed(plan.cycle_time_s, 3)} s`;
   const less = plan.saving_percent >= 0 ? "less" : "more";
   byId("headline").textContent = `${fixed(Math.abs(plan.saving_percent), 1)} % ${less} energy: ` +
-    `${whole(plan.energy_j)} J per cycle, not ${whole(plan.energy_given_j)} J`;
+    `${whole(plan.energy_j)}\u00a0J per cycle, not ${whole(plan.energy_given_j)}\u00a0J`;
   const tiles = [
     [`${figures(year.saved_kwh)} kWh`, `saved a year, in ${whole(year.hours_per_year)} h of production`],
     [`${figures(year.saved_cost)} ${year.currency}`, `saved a year, at ${fixed(year.price_per_kwh, 2)} ${year.currency}/kWh`],
@@ -214,8 +215,8 @@ function profiles() {
       dot.setAttribute("d", `M${p.cx} ${p.cy - 5}l5 5l-5 5l-5 -5z`);
     });
     const figure = element("figure"), caption = element("figcaption");
-    caption.append(element("b", move.name), element("br"), `${whole(shown.least_j)} to ${whole(shown.most_j)} J, ` +
-      `${fixed(shown.from_s, 2)} to ${fixed(shown.to_s, 2)} s`);
+    caption.append(element("b", move.name), element("br"), `${whole(shown.least_j)} to ${whole(shown.most_j)} J`,
+      element("br"), `${fixed(shown.from_s, 2)} to ${fixed(shown.to_s, 2)} s`);
     figure.append(caption, picture);
     byId("profiles").append(figure);
   }

@@ -47,15 +47,17 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         raise InputError(
             f"the measured cycle of {measured_s:.6g} s makes motions {factor:.3g} times as long as simulated",
             key="measured_cycle",
-            allowed=f"up to {MOST_FACTOR:g} times; check robot, payload and program",
+            allowed=f"{1.0 / MOST_FACTOR:.2g} to {MOST_FACTOR:g} times; check robot, payload and program",
         )
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
     as_ran, at_full = (scaled(run, factor, batch.idle_post_w) for run in (ran, fastest))
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s)
+    # Where the power bounds the speeds, faster moves do not help.
+    faster_s = at_full.cycle_time_s if wish.peak_power_w is None else None
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
-        raise CycleTimeTooShort(wanted_s, least_s + kept_s)
+        raise CycleTimeTooShort(wanted_s, least_s + kept_s, None if faster_s is None else faster_s + kept_s)
     source = profile_source(batch, wish)
     asked_s = max(steps_s + (wanted_s - kept_s - steps_s) / factor, float(batch.least_cycles_s[0]))
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]

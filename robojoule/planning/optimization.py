@@ -201,6 +201,7 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         every_move=wish.profiles == "measured",
         wait_step_s=program.wait_step_s,
         placed=program.placed,
+        given_tree=program.tree,
     )
     return plan_of(
         program,

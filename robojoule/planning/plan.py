@@ -247,6 +247,16 @@ def standby_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> fl
     return held_j - waiting_until(run, cycle_time_s, idle_power_w) if run.standby else 0.0
 
 
+def faster_warnings(ran: OperationTree, planned: OperationTree) -> tuple[str, ...]:
+    """What to say where nobody knows the program's own speed limits and moves are faster than in the plan that ran."""
+    pairs = zip(ran.moves(), planned.moves(), strict=True)
+    faster = [new.name for was, new in pairs if new.speed_limit_percent > was.speed_limit_percent]
+    if not faster:
+        return ()
+    names = ", ".join(f"'{name}'" for name in faster)
+    return (f"{names} faster than in the plan that ran: what the program allows is known from the one before it alone",)
+
+
 def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[str, ...]:
     """What to know about a plan, a sentence each.
 

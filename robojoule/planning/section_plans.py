@@ -115,8 +115,9 @@ def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan
 
 def _joined(program: Program, plans: Sequence[Plan]) -> Plan:
     settings: dict[str, Mapping[str, float]] = {}
+    keys = [key for key in PLANNED if key != "most_speed_percent"]  # of plans that a trial may follow: not in sections
     for plan in plans:
-        settings |= {move.name: {key: getattr(move, key) for key in PLANNED} for move in plan.program.moves}
+        settings |= {move.name: {key: getattr(move, key) for key in keys} for move in plan.program.moves}
     figures = (
         "least_cycle_time_s",
         "energy_given_j",
