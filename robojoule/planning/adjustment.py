@@ -47,7 +47,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         raise InputError(
             f"the measured cycle of {measured_s:.6g} s makes motions {factor:.3g} times as long as simulated",
             key="measured_cycle",
-            allowed=f"up to {MOST_FACTOR:g} times; check robot, payload and program",
+            allowed=f"{1.0 / MOST_FACTOR:.2g} to {MOST_FACTOR:g} times; check robot, payload and program",
         )
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
