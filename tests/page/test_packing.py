@@ -7,7 +7,7 @@ import pytest
 from selenium.webdriver.common.by import By
 
 import robojoule as rj
-from robojoule.page.packed import DETAILS, ENERGY_J, TIME_S, packed
+from robojoule.page.packing import DETAILS, ENERGY_J, TIME_S, packed
 from robojoule.planning.pareto import TradeOff
 from tests.browser import browser
 from tests.page.held import held
