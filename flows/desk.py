@@ -22,6 +22,9 @@ from robojoule.documents import write_text
 from robojoule.errors import RobojouleError, require_package
 
 POOL = "local"
+# Who holds which slot is kept in files: in memory, as is Prefect's default, a server that is started again would know
+# nothing of runs that go on, and end them.
+_LEASES, _LEASES_IN = "PREFECT_SERVER_CONCURRENCY_LEASE_STORAGE", "prefect.server.concurrency.lease_storage"
 SERVICES = ("prefect-server", "mlflow-server", "prefect-worker")
 
 
@@ -38,7 +41,7 @@ def services(layout: Layout) -> list[Service]:
         service(
             "prefect-server",
             [*python, *["prefect", "server", "start"]],
-            environment=environment,
+            environment=environment | {_LEASES: os.environ.get(_LEASES, f"{_LEASES_IN}.filesystem")},
             health=f"{prefect}/api/health",
         ),
         service(
@@ -124,9 +127,8 @@ def up(layout: Layout) -> None:
 
 def deploy(layout: Layout) -> None:
     """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
-    prefect = ("-m", "prefect", "--no-prompt")
-    _run(layout, *prefect, "work-pool", "create", POOL, "--type", "process", "--overwrite")
-    _run(layout, *prefect, "deploy", "--all")
+    _run(layout, "-m", "flows.pool", POOL)
+    _run(layout, "-m", "prefect", "--no-prompt", "deploy", "--all")
 
 
 def _run(layout: Layout, *words: str) -> None:

@@ -19,9 +19,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import httpx
+from prefect.context import refresh_global_settings_context
 from prefect.events.worker import EventsWorker
 from prefect.logging.handlers import APILogWorker
-from prefect.server.api.server import SubprocessASGIServer
 from prefect.settings import (
     PREFECT_API_URL,
     PREFECT_CLIENT_MAX_RETRIES,
@@ -29,6 +29,7 @@ from prefect.settings import (
     temporary_settings,
 )
 
+from flows.own_server import own_server
 from flows.service import answers
 from reproduction.layout import Layout
 from robojoule.documents import atomic_path
@@ -64,25 +65,27 @@ def prefect_server(layout: Layout) -> Iterator[str]:
         store = Path(folder) / "prefect.db"
         if empty.exists():
             shutil.copyfile(empty, store)
-        with temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}):
-            server = SubprocessASGIServer()
-            server.start()
-            try:
-                if not empty.exists():
-                    with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
-                        _keep(store, empty)
-                mine = {PREFECT_API_URL: server.api_url, PREFECT_CLIENT_MAX_RETRIES: _TRIES}
-                with temporary_settings(mine):
-                    os.environ["PREFECT_API_URL"] = server.api_url
-                    with _lost(server.api_url):
+        with (
+            temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}),
+            own_server() as url,
+        ):
+            if not empty.exists():
+                with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
+                    _keep(store, empty)
+            with temporary_settings({PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: _TRIES}):
+                os.environ["PREFECT_API_URL"] = url
+                # For threads that Prefect starts: without an address, those of its process pool start one more server.
+                refresh_global_settings_context()
+                try:
+                    with _lost(url):
                         try:
-                            yield server.api_url
+                            yield url
                         finally:
-                            if answers(f"{server.api_url}/health"):
+                            if answers(f"{url}/health"):
                                 drain()
-            finally:
-                os.environ.pop("PREFECT_API_URL", None)
-                server.stop()
+                finally:
+                    os.environ.pop("PREFECT_API_URL", None)
+                    refresh_global_settings_context()
 
 
 class _WithoutTraces(logging.Filter):
@@ -103,6 +106,7 @@ def _lost(url: str) -> Iterator[None]:
     try:
         yield
     except httpx.TransportError:
+        logging.raiseExceptions = False  # Prefect says each time by this switch that a log did not get through
         atexit.register(_leave)  # registered last, it comes first: before threads of Prefect that would try on
         raise RobojouleError(
             f"the Prefect server at {url} no longer answers; give the same command again when one does: "

@@ -36,6 +36,7 @@ from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan, faster_warnings
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
+from robojoule.profile.predicted import ProfilePredictor
 from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.profiling import energy_profile as energy_profile
 from robojoule.programs.tree_check import robot_warnings
@@ -116,9 +117,8 @@ def optimize(
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
-    predictor = None if model is None else load_profile_predictor(model)
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, predictor)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
@@ -144,6 +144,7 @@ def adjust(
     speed_step: float | None = None,
     reserve: float | str = 0.0,
     cautious: bool = False,
+    model: str | Path | None = None,
     peak_power_w: float | None = None,
     allow_overload_percent: float = 0.0,
 ) -> Plan:
@@ -165,6 +166,7 @@ def adjust(
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
+        model: See `optimize`; it goes with a measured cycle.
         peak_power_w: See `optimize`. [W]
         allow_overload_percent: See `optimize`. [%]
 
@@ -186,8 +188,8 @@ def adjust(
     if asked is None:
         problem = "the program does not say for which cycle time it was planned"
         raise InputError(problem, key="cycle_time", allowed="seconds (7.5); plans saved as YAML or JSON say it")
-    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
+    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     if runs is not None:
         plan = planned_on_runs(program, batch, checked_runs(runs, program), wish)
     else:
@@ -232,6 +234,7 @@ def pareto(
     *,
     allow_faster: bool = False,
     profiles: Profiles | None = None,
+    model: str | Path | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
@@ -244,6 +247,7 @@ def pareto(
         robot: Robot with its payload.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         profiles: Where energies and durations come from; see `optimize`.
+        model: Folder of a trained predictor; see `optimize`.
         runs: Measured runs of the program's moves; see `optimize`.
         cautious: Whether to go by the upper quantile of energy differences; not for simulated profiles.
         slowest_speed_limit_percent: Least speed limit of the motions, 0.01 to 100. [%]
@@ -259,10 +263,10 @@ def pareto(
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
     known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
-    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    measured = None if runs is None else checked_runs(runs, program)
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    measured, predictor = None if runs is None else checked_runs(runs, program), _predictor(model)
     with telling(progress):
-        found = trade_off(batch, source, measured, cautious=cautious)
+        found = trade_off(batch, source, measured, cautious=cautious, predictor=predictor)
     return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest), *found.warnings))
 
 
@@ -396,3 +400,7 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     program = model_program(program, robot)
     batch = moving_batch(program, robot)
     return timing.identify_timing(batch.paths, checked_runs(runs, program))
+
+
+def _predictor(model: str | Path | None) -> ProfilePredictor | None:
+    return None if model is None else load_profile_predictor(model)

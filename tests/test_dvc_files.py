@@ -17,7 +17,7 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 PLUMBING = {
     *(
         f"reproduction/{name}.py"
-        for name in ("__init__", "claims", "config", "layout", "pools", "scratch", "settings", "tables")
+        for name in ("__init__", "claims", "config", "layout", "parts", "pools", "scratch", "settings", "tables")
     ),
     *("reproduction/study/config.py", "reproduction/tracking"),
     *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs", "progress")),

@@ -259,7 +259,7 @@ def add_diff(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def trade_off_of(arguments: argparse.Namespace, program: Program, robot: Robot) -> TradeOff:
+def trade_off_of(arguments: argparse.Namespace, program: Program, robot: Robot, model: Path | None) -> TradeOff:
     """Energy over cycle time by what `optimize` and `pareto` are both asked for."""
     from robojoule.api import pareto
 
@@ -269,6 +269,7 @@ def trade_off_of(arguments: argparse.Namespace, program: Program, robot: Robot) 
         allow_faster=arguments.allow_faster,
         slowest_speed_limit_percent=arguments.slowest_speed_limit,
         profiles=arguments.profiles,
+        model=model,
         runs=arguments.runs,
         cautious=arguments.cautious,
     )

@@ -10,6 +10,7 @@ from robojoule.cli._arguments import (
     add_bounds,
     add_diff,
     add_measurements,
+    add_model,
     add_program,
     add_robot,
     add_speed_step,
@@ -19,6 +20,7 @@ from robojoule.cli._arguments import (
     save_plan,
     wishes_of,
 )
+from robojoule.cli._models import model_folder
 from robojoule.cli.optimize import show
 
 __all__ = ["add_arguments", "run", "show"]
@@ -46,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_speed_step(parser)
     add_measurements(parser)
+    add_model(parser)
     add_bounds(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")
     add_diff(parser)
@@ -57,19 +60,21 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs", "given"], {"out": suffixes})
     program, robot = program_and_robot_of(arguments)
     given = None
     if arguments.given is not None:
         given, _ = program_and_robot_of(argparse.Namespace(**{**vars(arguments), "program": arguments.given}))
-    plan = adjust(
-        program,
-        robot,
-        measured_cycle=arguments.measured_cycle,
-        given=given,
-        allow_faster=arguments.allow_faster,
-        **wishes_of(arguments),
-    )
+    with model_folder(arguments.model) as model:
+        plan = adjust(
+            program,
+            robot,
+            measured_cycle=arguments.measured_cycle,
+            given=given,
+            allow_faster=arguments.allow_faster,
+            model=model,
+            **wishes_of(arguments),
+        )
     lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
     told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -71,11 +71,14 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.api import optimize
     from robojoule.documents import all_or_none
     from robojoule.formats.registry import FORMATS
+    from robojoule.planning.section_plans import refuse_sections
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
     operation = operation_of(arguments)
     program, robot = program_and_robot_of(arguments)
+    if arguments.page is not None:
+        refuse_sections(program.for_robot(robot), "a page")
     with model_folder(arguments.model) as model:
         plan = optimize(
             program,
@@ -86,7 +89,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             model=model,
             **wishes_of(arguments),
         )
-    page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
+        page = None if arguments.page is None else _page(arguments, plan, program, robot, operation, model)
     with all_or_none():
         lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
         if page is not None:
@@ -97,11 +100,19 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 
-def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Robot, operation: Operation) -> Report:
+def _page(
+    arguments: argparse.Namespace,
+    plan: Plan,
+    program: Program,
+    robot: Robot,
+    operation: Operation,
+    model: Path | None,
+) -> Report:
     """The page of a plan; its trade-off stands on what the plan stands on."""
     from robojoule.api import report
 
-    return report(plan, program, robot, trade_off=trade_off_of(arguments, program, robot), operation=operation)
+    curve = trade_off_of(arguments, program, robot, model)
+    return report(plan, program, robot, trade_off=curve, operation=operation)
 
 
 def show(result: dict[str, Any]) -> None:

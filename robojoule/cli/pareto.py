@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import (
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -18,6 +19,7 @@ from robojoule.cli._arguments import (
     program_and_robot_of,
     trade_off_of,
 )
+from robojoule.cli._models import model_folder
 from robojoule.cli._output import show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
@@ -38,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_slowest(parser)
     add_profiles(parser)
+    add_model(parser)
     add_runs(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
@@ -49,7 +52,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program, robot = program_and_robot_of(arguments)
-    result = trade_off_of(arguments, program, robot).to_dict(until=arguments.until)
+    with model_folder(arguments.model) as model:
+        result = trade_off_of(arguments, program, robot, model).to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()

@@ -218,7 +218,14 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
     )
 
 
-def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *, cautious: bool = False) -> TradeOff:
+def trade_off(
+    batch: TreeBatch,
+    profiles: Profiles,
+    runs: MeasuredRuns | None,
+    *,
+    cautious: bool = False,
+    predictor: ProfilePredictor | None = None,
+) -> TradeOff:
     """Energy over cycle time of the one tree of a batch, on profiles of any source.
 
     Args:
@@ -226,6 +233,7 @@ def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *
         profiles: Where energies come from.
         runs: Measured runs of its moves, if there are any; with simulated profiles they tell the timing alone.
         cautious: Whether to go by the upper quantile of energy differences.
+        predictor: What predicts profiles; the reference of the robot if None.
     """
     if runs is None or profiles == "simulated":
         if runs is not None:
@@ -233,7 +241,8 @@ def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *
             batch = TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
         if profiles == "simulated":
             return replace(trade_offs(batch)[0], warnings=_timing_doubts(batch))
-        return trade_off_on(profile_source(batch, Wish(0.0, 0.0, 1.0, profiles, cautious)), batch)
+        wish = Wish(0.0, 0.0, 1.0, profiles, cautious, predictor=predictor)
+        return trade_off_on(profile_source(batch, wish), batch)
     given = np.array([move.speed_limit_percent / 100.0 for move in batch.trees[0].moves()])
     known, _ = profiles_of_runs(batch, runs, given, speed_step=0.01)
     if cautious:

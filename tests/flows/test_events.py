@@ -99,6 +99,10 @@ def test_a_log_a_drift_and_a_failure(
     assert json.loads(taken["data"]) == [{"log": "monday.csv", "outcome": "accepted"}]
     assert runs.get(taken["flow_run_id"])["created_by"]["type"] == "AUTOMATION"
 
+    # Somebody asks for another robot; it runs beside what follows.
+    words = ["-p", 'robot="ur_ur10e"', "-p", "payload_kg=5", "-p", "trees=5"]
+    other = runs.start(project, "pipeline-on-demand/pipeline-on-demand", *words)
+
     # A night over a table that somebody changed: it says which one, to file and network. Meanwhile the server
     # is killed and started again; the run and its worker wait for it.
     table = project / "reports/tables/table_6_1.csv"
@@ -118,6 +122,15 @@ def test_a_log_a_drift_and_a_failure(
     assert night["state"]["type"] == "FAILED" and "table_6_1" in night["state"]["message"], night["state"]
     assert "table_6_1" in artifacts(runs.api, "drift")[0]["data"]
     assert "table_6_1" in told(receiver, night["name"])["message"]
+
+    # What was asked for is there: of that robot, with other figures than the project's.
+    done = runs.wait(other, "COMPLETED", "FAILED", "CRASHED")
+    assert done["state"]["type"] == "COMPLETED", done["state"]
+    results = project / ".desk/results" / done["name"]
+    assert json.loads((results / "models/profile_predictor/predictor.json").read_text())["robot"] == "ur_ur10e"
+    figures = [json.loads((folder / "reports/headline.json").read_text()) for folder in (results, project)]
+    assert figures[0].keys() == figures[1].keys() and figures[0] != figures[1]
+    assert done["name"] in artifacts(runs.api, "on-demand")[0]["data"]
 
     # A stage that fails: its own sentence.
     change(project, "generate_trees", budget_rad=[500.0, 500.0], use_whole_budget=True)
