@@ -197,7 +197,11 @@ def adjust(
         plan = adjusted(program, batch, full_speed, measured_s, wish)
     if not (program.remembers or given is not None or allow_faster):
         plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
-    return guard.told(plan, as_given, robot)
+    found = guard.told(plan, as_given, robot)
+    if not (cycle_time is None and isinstance(asked, float)):
+        return found
+    # The cycle time that is asked for does not shrink, trial by trial, by what rounding leaves of it.
+    return replace(found, program=replace(found.program, tree=found.program.tree.planned_for(asked)))
 
 
 @finite
