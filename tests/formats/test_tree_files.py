@@ -86,8 +86,8 @@ OPS, IN_GROUP = ("operations",), ("operations", 1, "operations")
 WAIT = {"type": "wait", "name": "w", "duration_s": 1}
 TYPES = "allowed: compound, move, wait, process, payload, unknown"
 MOVE_KEYS = (
-    "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, speed_group, speed_limit_percent, "
-    "target_deg, target_rad, type, wait_after_s, wait_before_s, zone"
+    "added_wait_after_s, added_wait_before_s, fixed, least_speed_percent, name, path, speed_group, "
+    "speed_limit_percent, target_deg, target_rad, type, wait_after_s, wait_before_s, zone"
 )
 ROOT_KEYS = "angles, format, name, operations, planned_cycle_s, robot, start_deg, start_rad, version"
 
