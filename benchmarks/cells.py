@@ -17,7 +17,7 @@ from robojoule.errors import RobojouleError
 from robojoule.formats.cell_xml import read_cells
 from robojoule.planning.cells.check import check_plan
 from robojoule.planning.cells.plan import CellPlan
-from robojoule.planning.cells.solve import Progress, solve_cell
+from robojoule.planning.cells.solve import SearchProgress, solve_cell
 from robojoule.profile.monomials import MonomialProfile
 from robojoule.programs.cell import Cell, DynamicActivity, StaticActivity
 
@@ -76,12 +76,12 @@ def with_modes(cell: Cell, count: int) -> Cell:
 
 def result(cell: Cell, seconds: float, threads: int, seed: int) -> dict[str, object]:
     """Figures of one cell."""
-    told: list[Progress] = []
+    told: list[SearchProgress] = []
     try:
         plan: CellPlan = solve_cell(cell, time_limit_s=seconds, threads=threads, seed=seed, progress=told.append)
     except RobojouleError as error:
         return {"cell": cell.name, "message": str(error)}
-    first = next((one.runtime_s for one in told if one.energy_j < float("inf")), plan.runtime_s)
+    first = next((one.done for one in told if one.energy_j < float("inf")), plan.runtime_s)
     return {
         "cell": cell.name,
         "status": plan.status,

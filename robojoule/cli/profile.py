@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import (
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -17,9 +18,12 @@ from robojoule.cli._arguments import (
     robot_of,
     whole_number,
 )
+from robojoule.cli._models import model_folder
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from robojoule.profile.energy_profile import EnergyProfile
 
 
@@ -36,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--points", type=whole_number, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
     )
     add_profiles(parser)
+    add_model(parser)
     add_runs(parser, with_caution=False)
     parser.add_argument("--plot", metavar="FILE", help="draw where the energy goes over the duration (.svg)")
 
@@ -43,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Find the profile, and draw it if asked for."""
     check_outputs(arguments, ["program", "robot", "runs"], {"plot": [".svg"]})
-    profile = _profile(arguments)
+    with model_folder(arguments.model) as model:
+        profile = _profile(arguments, model)
     if arguments.plot:
         from robojoule.documents import write_text
         from robojoule.plots.energy import drawing_of
@@ -55,10 +61,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return profile.to_dict()
 
 
-def _profile(arguments: argparse.Namespace) -> EnergyProfile:
+def _profile(arguments: argparse.Namespace, model: Path | None) -> EnergyProfile:
     from robojoule.api import energy_profile
 
-    settings = {"points": arguments.points, "profiles": arguments.profiles}
+    settings = {"points": arguments.points, "profiles": arguments.profiles, "model": model}
     if arguments.program is not None:
         for option, value in (("--from", arguments.start), ("--to", arguments.end)):
             if value is not None:

@@ -37,8 +37,8 @@ def as_joint_motions(tree: OperationTree, robot: Robot | None = None) -> tuple[O
         if isinstance(operation, CompoundOperation):
             return operation.model_copy(update={"operations": tuple(map(rewrite, operation.operations))})
         if isinstance(operation, MoveOperation) and operation.tool_path is not None:
-            changes = {"path": "joint", "speed_limit_percent": percents[operation.name], "least_speed_percent": None}
-            return operation.model_copy(update=changes)
+            changes = {"path": "joint", "speed_limit_percent": percents[operation.name]}
+            return operation.model_copy(update=changes | {"least_speed_percent": None, "most_speed_percent": None})
         return operation
 
     kept = "duration" if robot is not None else "speed limit"

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robojoule.documents import check_output, decoded, read_bytes
 from robojoule.errors import InputError
@@ -17,7 +17,7 @@ from robojoule.formats.vendor.source import VendorSource
 from robojoule.formats.vendor.text import SourceText, unified_diff
 from robojoule.formats.vendor.trace import Beside, NeedsRobot, told
 from robojoule.inputs import as_path, shown
-from robojoule.programs.operation_tree import MoveOperation, OperationTree
+from robojoule.programs.operation_tree import PLANNED, MoveOperation, OperationTree
 from robojoule.programs.tree_check import check_tree, robot_warnings
 from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
@@ -119,7 +119,30 @@ class Program:
         return self._resolved(self.source.of(robot))
 
     def _resolved(self, source: VendorSource) -> Program:
-        return _program(source, self.path, self.format)
+        """The same program by another reading of its text, with what a plan changed in the tree of the present one."""
+        found, settings = _program(source, self.path, self.format), self._plan()
+        if not settings:
+            return found
+        tree = found.tree.with_settings(settings)
+        return replace(found, tree=tree.model_copy(update={"planned_cycle_s": self.tree.planned_cycle_s}))
+
+    def _plan(self) -> dict[str, dict[str, Any]]:
+        """Speeds and waits of moves that are not those of the text, per name."""
+        if self.source is None or "tree" not in vars(self):
+            return {}
+        as_read = {move.name: move for move in self.source.resolution.tree.moves()}
+        settings = {}
+        for move in self.tree.moves():
+            was = as_read.get(move.name)
+            new = {key: getattr(move, key) for key in PLANNED if was is None or getattr(move, key) != getattr(was, key)}
+            if new:
+                settings[move.name] = new
+        return settings
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its format can say what the program was before a plan was made."""
+        return self.format in (None, TreeFiles.name)
 
     @property
     def wait_step_s(self) -> float:

@@ -13,7 +13,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.optimization import RELATIVE_GAP, Wish, profile_source, required_s
-from robojoule.planning.plan import Plan, plan_warnings, standby_until, waiting_until
+from robojoule.planning.plan import Plan, plan_of, plan_warnings
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
 from robojoule.planning.whole_speeds import whole_speed_plan
@@ -52,10 +52,12 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
     as_ran, at_full = (scaled(run, factor, batch.idle_post_w) for run in (ran, fastest))
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s)
+    # Where the power bounds the speeds, faster moves do not help.
+    faster_s = at_full.cycle_time_s if wish.peak_power_w is None else None
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
-        raise CycleTimeTooShort(wanted_s, least_s + kept_s)
+        raise CycleTimeTooShort(wanted_s, least_s + kept_s, None if faster_s is None else faster_s + kept_s)
     source = profile_source(batch, wish)
     asked_s = max(steps_s + (wanted_s - kept_s - steps_s) / factor, float(batch.least_cycles_s[0]))
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
@@ -79,16 +81,13 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     written = write_plan(tree, graph, timed, whole.speed_limits, durations, program.wait_step_s)
     written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
-    idle_w = float(batch.idle_post_w[-1])
-    return Plan(
-        program=replace(program, tree=written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=run,
+    return plan_of(
+        program,
+        batch,
+        written,
+        (run, as_ran, at_full),
+        float(batch.idle_post_w[-1]),
         least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(as_ran, run.cycle_time_s, idle_w),
-        standby_given_j=standby_until(as_ran, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(at_full, run.cycle_time_s, idle_w),
         bound_j=run.energy_j,
         warnings=(
             *plan_warnings(written, run, as_ran),

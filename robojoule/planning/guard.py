@@ -72,6 +72,8 @@ class Guard:
         """
         tree, given = plan.program.tree, as_given.tree
         tree = tree.planned_for(plan.cycle_time_s)
+        if as_given.remembers:
+            tree = tree.bounded_by(given)
         if given.angles != tree.angles:
             tree = with_angles(tree, given.angles, given.configurations_rad())
         run, known = self._judged(plan.run, plan.program.tree, as_given, robot)

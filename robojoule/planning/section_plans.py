@@ -16,6 +16,7 @@ from robojoule.planning.cycle_run import OPEN_CYCLE, CycleRun
 from robojoule.planning.plan import Plan
 from robojoule.programs.operation_tree import PLANNED
 from robojoule.programs.sections import sections_of, shared_groups, unknown_operations
+from robojoule.progress import within
 
 _MOST_NAMED = 6  # places that a message names
 
@@ -75,7 +76,12 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
         raise InputError(
             problem, file=program.path, key="cycle_time", allowed="a share (+10%), or durations of these waits"
         )
-    return _joined(program, [plan_one(section) for section in section_programs(program)])
+    sections = section_programs(program)
+    plans = []
+    for number, section in enumerate(sections, 1):
+        with within(f"section {number} of {len(sections)}"):
+            plans.append(plan_one(section))
+    return _joined(program, plans)
 
 
 def simulated_sections(program: Program, runs: Sequence[CycleRun]) -> CycleRun:
@@ -115,8 +121,9 @@ def _joined_warnings(program: Program, parts: Sequence[CycleRun] | Sequence[Plan
 
 def _joined(program: Program, plans: Sequence[Plan]) -> Plan:
     settings: dict[str, Mapping[str, float]] = {}
+    keys = [key for key in PLANNED if key != "most_speed_percent"]  # of plans that a trial may follow: not in sections
     for plan in plans:
-        settings |= {move.name: {key: getattr(move, key) for key in PLANNED} for move in plan.program.moves}
+        settings |= {move.name: {key: getattr(move, key) for key in keys} for move in plan.program.moves}
     figures = (
         "least_cycle_time_s",
         "energy_given_j",

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing import identify_timing, rule_doubts
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
 from robojoule.motion.blends import BlendedPaths
@@ -27,7 +27,7 @@ from robojoule.profile.energy_profile import (
     simulated_profile,
 )
 from robojoule.profile.measured import measured_profiles
-from robojoule.profile.predicted import NORMAL_QUANTILE
+from robojoule.profile.predicted import NORMAL_QUANTILE, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
 from robojoule.profile.sampled import sampled_profile
 from robojoule.programs.tool_moves import tool_moves_of_tree
@@ -35,7 +35,12 @@ from robojoule.robots.robot import Robot
 
 
 def motion_profile(
-    robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, points: int, profiles: Profiles
+    robot: Robot,
+    start_rad: ArrayLike,
+    end_rad: ArrayLike,
+    points: int,
+    profiles: Profiles,
+    predictor: ProfilePredictor | None = None,
 ) -> EnergyProfile:
     """The profile of a motion as it is simulated or predicted; torques are simulated ones.
 
@@ -45,6 +50,7 @@ def motion_profile(
         end_rad: End configuration, shape (n,). [rad]
         points: Number of equidistant speed limits from 10 to 100 %.
         profiles: Where durations and energies come from; predicted ones have an interval.
+        predictor: What predicts profiles; the reference of the robot if None.
 
     Raises:
         InputError: Not as many points as allowed, or no motion.
@@ -53,7 +59,7 @@ def motion_profile(
     if profiles == "simulated":
         return simulated
     limits = np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points)
-    found = reference_predictor(robot).predict(MotionPaths(robot, start_rad, end_rad), limits)
+    found = (predictor or reference_predictor(robot)).predict(MotionPaths(robot, start_rad, end_rad), limits)
     believed = _believed(
         simulated, limits, found.duration_s[0], found.energy_j[0], found.lower_j[0], found.upper_j[0], "predicted"
     )
@@ -63,7 +69,12 @@ def motion_profile(
 
 
 def move_profile(
-    batch: TreeBatch, move: object, points: int, profiles: Profiles, runs: MeasuredRuns | None
+    batch: TreeBatch,
+    move: object,
+    points: int,
+    profiles: Profiles,
+    runs: MeasuredRuns | None,
+    predictor: ProfilePredictor | None = None,
 ) -> EnergyProfile:
     """The profile of one move of a program.
 
@@ -74,6 +85,7 @@ def move_profile(
             and end near the lowest of them.
         profiles: Where energies and durations come from; with runs, simulated ones take the timing from them.
         runs: Measured runs of the program's moves, if there are any.
+        predictor: What predicts profiles; the reference of the robot if None.
 
     Raises:
         InputError: There is no such move, it goes nowhere, or a run of it is missing.
@@ -94,10 +106,11 @@ def move_profile(
         return _whole_profile(robot, batch, vertex, points, profiles)
     start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
-        return motion_profile(robot, start, end, points, profiles)
+        return motion_profile(robot, start, end, points, profiles, predictor)
     if profiles == "simulated":
-        learnt = robot.variant(controller=identify_timing(batch.paths, runs).controller)
-        return simulated_profile(learnt, start, end, points)
+        timing = identify_timing(batch.paths, runs)
+        learnt = simulated_profile(robot.variant(controller=timing.controller), start, end, points)
+        return replace(learnt, doubts=(*learnt.doubts, *rule_doubts(timing.controller.duration_error)))
     if profiles == "measured":
         check_measured(batch, runs, [row])
     own = np.unique(runs.speed_limits[runs.motion == row])
@@ -120,6 +133,7 @@ def move_profile(
     )
     return replace(
         believed,
+        doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
         measured_speed_limits=frozen(own),
         rule=found.rule,
         idle_power_start_w=float(found.idle_start_w[row]),

@@ -19,6 +19,7 @@ PLANNED = {  # what plans change in moves, with its defaults
     "wait_after_s": 0.0,
     "added_wait_before_s": 0.0,
     "added_wait_after_s": 0.0,
+    "most_speed_percent": None,
 }
 LEAST_SPEED_PERCENT = 0.01  # no controller goes slower; below it durations have no bounds
 MOST_POWER_W = 1e7  # of a process step: no tool on a flange draws more
@@ -135,6 +136,11 @@ class MoveOperation(Document):
     )
     least_speed_percent: SpeedLimit | None = Field(
         default=None, description="Lowest speed limit that a plan may set; none: as low as plans go. [%]"
+    )
+    most_speed_percent: SpeedLimit | None = Field(
+        default=None,
+        description="The program's own speed limit where a plan stands in its place, written by plans: adjusted plans "
+        "keep below it; none: full speed. [%]",
     )
     fixed: Annotated[bool, Strict()] = Field(default=False, description="Whether plans keep the speed limit as it is.")
     speed_group: Name | None = Field(

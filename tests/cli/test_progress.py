@@ -7,6 +7,7 @@ from contextlib import redirect_stderr
 import pytest
 
 from robojoule.cli import _progress
+from robojoule.progress import tell
 
 
 class Terminal(io.StringIO):
@@ -30,8 +31,21 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 def test_long_work_is_told_and_the_line_goes(terminal):
     with redirect_stderr(terminal), _progress.sign_of_life("robojoule optimize"):
-        until(terminal, "\rrobojoule optimize: at work for 0 s")
+        until(terminal, "\rrobojoule optimize: 0 s")
     assert terminal.getvalue().endswith(" \r")
+
+
+def test_what_is_done_and_the_time_left_are_told(terminal):
+    with redirect_stderr(terminal), _progress.sign_of_life("robojoule optimize"):
+        tell("profiles", 0, 4)
+        until(terminal, "profiles: 0 of 4")
+        tell("profiles", 2.5, 4)
+        until(terminal, "profiles: 2 of 4, 0 s left")
+        tell("profiles", 4, 4)
+        before = len(terminal.getvalue())
+        while "optimize: " not in terminal.getvalue()[before:]:
+            time.sleep(0.01)
+    assert "profiles" not in terminal.getvalue()[before:]
 
 
 def test_short_work_is_silent(terminal, monkeypatch):
@@ -47,7 +61,7 @@ def test_an_error_ends_it(terminal):
         redirect_stderr(terminal),
         _progress.sign_of_life("robojoule optimize"),
     ):
-        until(terminal, "at work")
+        until(terminal, "optimize: 0 s")
         raise ValueError("wrong")
     assert terminal.getvalue().endswith(" \r")
 

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 
 import robojoule as rj
 from robojoule.errors import InputError
+from robojoule.page.packed import DETAILS, ENERGY_J, TIME_S, packed
 from robojoule.page.report import Report
+from robojoule.planning.pareto import TradeOff
 from robojoule.year import Operation
 from tests.browser import browser
 
@@ -57,13 +60,63 @@ def test_the_page_is_one_small_file_that_loads_nothing(report, tmp_path):
     assert "/*" not in re.sub(r"<script>.*?</script>|<style>.*?</style>", "", text, flags=re.S)
 
 
-def test_long_profiles_are_drawn_with_fewer_points(report, monkeypatch):
-    every = report.to_dict()["movements"][0]
-    monkeypatch.setattr("robojoule.page.report._DRAWN_POINTS", 0)
-    few = report.to_dict()["movements"][0]
-    for name in ("profile_durations_s", "profile_energies_j"):
-        assert len(few[name]) < len(every[name]) and set(few[name]) <= set(every[name])
-        assert [few[name][0], few[name][-1]] == [every[name][0], every[name][-1]]
+def held(page: str) -> dict:
+    """What a page holds."""
+    return json.loads(re.findall(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)[0])
+
+
+@pytest.fixture(scope="module")
+def long_case(tmp_path_factory) -> tuple[rj.Program, rj.Robot, rj.Plan, TradeOff]:
+    """A cycle of 300 motions between random places round a middle one."""
+    middle, reach = np.array([0, -90, 90, 0, 45, 0]), np.array([60, 25, 25, 60, 40, 90])
+    places = (middle + reach * np.sin(np.random.default_rng(3).normal(0, 2, (299, 6)))).round(2)
+    rows = [",0,-90,90,0,45,0", *(f"m{k},{','.join(map(str, place))}" for k, place in enumerate(places))]
+    path = tmp_path_factory.mktemp("long") / "long.csv"
+    names = ",".join(f"q{k}_deg" for k in range(1, 7))
+    path.write_text("\n".join([f"name,{names}", *rows, "home,0,-90,90,0,45,0", ""]), encoding="utf-8")
+    program, robot = rj.load_program(path), rj.load_robot("kuka_kr16_r2010_2", payload_kg=10)
+    return program, robot, rj.optimize(program, robot, cycle_time="+10%"), rj.pareto(program, robot)
+
+
+def test_a_page_of_300_motions_is_small_and_says_what_it_leaves_out(long_case, tmp_path):
+    program, robot, plan, curve = long_case
+    path = tmp_path / "page.html"
+    rj.report(plan, program, robot, trade_off=curve).save(path)
+    assert path.stat().st_size < 500_000
+    (told,) = held(path.read_text(encoding="utf-8"))["shortened"]
+    energy, power = map(float, re.findall(r"within ([\d.]+) [JW]", told.replace("the worth of a second ", "")))
+    assert energy < 0.05 and power < 30.0
+    with browser() as window:
+        window.get(path.as_uri())
+        assert told in window.find_element(By.ID, "assumptions").text
+        least, most = curve.curve.cycle_times_s[0], plan.cycle_time_s
+        for wanted in np.linspace(least, 1.2 * most, 9)[1:]:
+            found = window.execute_script("return bestPlan(arguments[0])", wanted)
+            assert found["energy"] == pytest.approx(float(curve.curve.energy_j(wanted)), abs=energy + 0.02)
+            (durations,) = curve.curve.plan_durations_s(wanted)
+            assert found["durations"] == pytest.approx(durations.tolist(), abs=5e-4)
+
+
+@pytest.mark.parametrize("detail", DETAILS[2:])
+def test_what_is_left_out_is_told_and_true(long_case, detail):
+    program, robot, plan, curve = long_case
+    page = packed(rj.report(plan, program, robot, trade_off=curve), detail)
+    trade, told = page["trade_off"], " ".join(page["shortened"])
+    times, energies = np.cumsum(trade["cycle_times"]) * TIME_S, np.cumsum(trade["energies"]) * ENERGY_J
+    at = np.linspace(times[0], times[-1], 500)[1:-1]
+    assert np.abs(np.interp(at, times, energies) - curve.curve.energy_j(at)).max() <= detail.energy_j + 0.03
+    assert f"{detail.energy_j:g} J" in told and len(trade["lengths"]) - 1 <= 1.5 * detail.steps
+    if "ms" in told:
+        allowed_s = 1e-3 * float(re.findall(r"within ([\d.]+) ms", told)[0]) + 5e-4
+        ends, width = np.cumsum(trade["lengths"]) * TIME_S, trade["width"]
+        takers = [int(trade["movements"][k : k + width], 36) for k in range(0, len(trade["movements"]), width)]
+        for time in at[::100]:
+            used = np.clip(time - ends[:-1], 0.0, np.diff(ends))
+            durations = np.array(trade["least_durations"]) * TIME_S + np.bincount(takers, used, 300)
+            assert durations.sum() == pytest.approx(time, abs=5e-3)
+            assert np.abs(durations - curve.curve.plan_durations_s(time)[0]).max() <= allowed_s
+    drawn = sum(one["profile"] is not None for one in page["movements"])
+    assert drawn == min(detail.pictures, 300) and (f"{drawn} motions" in told) == (drawn < 300)
 
 
 def test_names_cannot_break_the_page(case, tmp_path):
@@ -73,8 +126,7 @@ def test_names_cannot_break_the_page(case, tmp_path):
     path.write_text(EXAMPLE.read_text(encoding="utf-8").replace("to part", evil), encoding="utf-8")
     program = rj.load_program(path)
     page = rj.report(rj.optimize(program, robot, cycle_time="+5%"), program, robot).page()
-    data = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
-    assert json.loads(data[0])["movements"][0]["name"] == evil
+    assert held(page)["movements"][0]["name"] == evil
 
 
 def test_the_slider_shows_the_figures_of_pareto(case, report, tmp_path):
@@ -84,7 +136,7 @@ def test_the_slider_shows_the_figures_of_pareto(case, report, tmp_path):
     curve = rj.pareto(program, robot).curve
     with browser() as window:
         window.get(path.as_uri())
-        text = lambda name: window.find_element(By.ID, name).text.replace("\u2212", "-")  # noqa: E731
+        text = lambda name: window.find_element(By.ID, name).text.replace("\u2212", "-").replace(",", "")  # noqa: E731
         assert f"{plan.saving_percent:.1f} % less energy" in text("headline")
         slider = "return document.getElementById('cycle-time')"
         least, most = (float(window.execute_script(f"{slider}.{end}")) for end in ("min", "max"))
@@ -94,6 +146,7 @@ def test_the_slider_shows_the_figures_of_pareto(case, report, tmp_path):
             window.execute_script(f"{move} s.dispatchEvent(new Event('input'))", wanted)
             seconds = float(window.execute_script(f"{slider}.value"))
             assert float(text("at-time").split()[0]) == pytest.approx(seconds, abs=6e-4)
+            seconds = max(seconds, float(curve.cycle_times_s[0]))  # the page rounds to 10 us
             assert float(text("at-energy").split()[0]) == pytest.approx(float(curve.energy_j(seconds)), abs=0.06)
             rows = window.find_elements(By.CSS_SELECTOR, "#moves .duration")
             (durations,) = curve.plan_durations_s(seconds)
@@ -101,11 +154,13 @@ def test_the_slider_shows_the_figures_of_pareto(case, report, tmp_path):
         charts = window.find_elements(By.CSS_SELECTOR, ".chart canvas")
         assert len(charts) == 2
         assert [entry for entry in window.get_log("browser") if entry["level"] == "SEVERE"] == []
-        window.set_window_size(500, 900)  # a phone's width, as narrow as windows get
-        wide = window.execute_script(
-            "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
-        )
-        assert wide <= 0
+        phone = {"width": 360, "height": 780, "deviceScaleFactor": 2, "mobile": True}
+        window.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
+        wide = window.execute_script("dispatchEvent(new Event('resize')); return document.documentElement.scrollWidth")
+        assert wide <= 360
+        before = float(window.execute_script(f"{slider}.value"))
+        window.find_element(By.ID, "cycle-time").send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+        assert float(text("at-time").split()[0]) < before
 
 
 @pytest.mark.parametrize("profiles", ["predicted"])
