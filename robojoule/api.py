@@ -39,7 +39,6 @@ from robojoule.planning.section_plans import has_sections, refuse_sections, sect
 from robojoule.profile.predicted import ProfilePredictor
 from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.profiling import energy_profile as energy_profile
-from robojoule.programs.tree_check import robot_warnings
 from robojoule.progress import Listener, telling
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
@@ -197,7 +196,11 @@ def adjust(
         plan = adjusted(program, batch, full_speed, measured_s, wish)
     if not (program.remembers or given is not None or allow_faster):
         plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
-    return guard.told(plan, as_given, robot)
+    found = guard.told(plan, as_given, robot)
+    if not (cycle_time is None and isinstance(asked, float)):
+        return found
+    # The cycle time that is asked for does not shrink, trial by trial, by what rounding leaves of it.
+    return replace(found, program=replace(found.program, tree=found.program.tree.planned_for(asked)))
 
 
 @finite
@@ -219,7 +222,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
         return simulated_sections(as_given, [simulate(section, robot) for section in section_programs(as_given)])
     program = model_program(as_given, robot)
     run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
-    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    known = (*as_given.warnings_for(robot), *collision_warnings(program.tree, robot))
     return replace(run, warnings=(*known, *cycle_warnings(program.tree, run)))
 
 
@@ -258,7 +261,7 @@ def pareto(
     faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
-    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    known = (*as_given.warnings_for(robot), *collision_warnings(program.tree, robot))
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
     measured, predictor = None if runs is None else checked_runs(runs, program), _predictor(model)
     with telling(progress):

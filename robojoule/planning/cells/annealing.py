@@ -9,6 +9,9 @@ poses of hand-overs and collisions are penalised, gently at first.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +28,9 @@ _FLOATING = (
     *("cycle_time_s", "price_w", "move_cost_j", "move_time_s", "place_cost_j"),
     *("stay_power_w", "stay_least_s", "stay_longest_s", "lag_length_s", "highest_level"),
 )
+
+
+_WATCH_S = 0.1
 
 
 class Problem(NamedTuple):
@@ -82,16 +88,26 @@ class State(NamedTuple):
     pace: Array  # (V,) levels by which the price of time of what leaves it is above that of its robot
 
 
-def run(problem: Problem, state: State, iterations: int, seed: int, hot_j: float = HOT_J) -> float:
+def run(
+    problem: Problem,
+    state: State,
+    iterations: int,
+    seed: int,
+    hot_j: float = HOT_J,
+    stop: Callable[[], bool] | None = None,
+) -> float:
     """Anneal a state in place to the best one that was met in the last part of the run; returns its cost. [J]
 
-    Where the run does not begin as hot as from a state at random, penalties are as they are at the end.
+    Where the run does not begin as hot as from a state at random, penalties are as they are at the end. `stop` is asked
+    now and then, from another thread, whether the run shall end with what it has.
     """
     o, whole, floating = _packed(problem)
     C = np.stack([state.order, state.pose, state.leaving]).astype(np.int64)
     timed = (state.share, state.begin_s, state.stay_s, state.move_s, state.pace)
     X = np.stack(timed)
-    cost = float(anneal(o, whole, floating, C, X, state.phase_s, iterations, seed, hot_j))
+    halt = np.zeros(1, dtype=np.int64)
+    with _watched(stop, halt):
+        cost = float(anneal(o, whole, floating, C, X, state.phase_s, iterations, seed, hot_j, halt))
     for field, values in zip((state.order, state.pose, state.leaving), C, strict=True):
         field[:] = values
     for times, found in zip(timed, X, strict=True):
@@ -102,7 +118,30 @@ def run(problem: Problem, state: State, iterations: int, seed: int, hot_j: float
 def compile_kernel() -> None:
     """Compile what `run` needs, or load it where it was compiled before; takes seconds, other threads go on."""
     whole, rows, floating = np.zeros(40, dtype=np.int64), np.zeros((3, 1), dtype=np.int64), np.zeros((5, 1))
-    anneal(whole, whole, np.zeros(40), rows, floating, np.zeros(0), 0, 0, HOT_J)
+    anneal(whole, whole, np.zeros(40), rows, floating, np.zeros(0), 0, 0, HOT_J, np.zeros(1, dtype=np.int64))
+
+
+@contextmanager
+def _watched(stop: Callable[[], bool] | None, halt: Index) -> Iterator[None]:
+    """Set `halt` as soon as a stop is asked for."""
+    if stop is None:
+        yield
+        return
+    over = Event()
+
+    def watch() -> None:
+        while not over.wait(_WATCH_S):
+            if stop():
+                halt[0] = 1
+                return
+
+    watching = Thread(target=watch, daemon=True)
+    watching.start()
+    try:
+        yield
+    finally:
+        over.set()
+        watching.join()
 
 
 def _packed(p: Problem) -> tuple[Index, Array, Array]:

@@ -242,8 +242,11 @@ def _restore(o, W, r, row, listed, values, old):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def anneal(o, W, F, C, X, phase, iterations, seed, hot):  # type: ignore[no-untyped-def]
-    """Anneal a state in place to the best one that was met in the last part of the run; returns its cost."""
+def anneal(o, W, F, C, X, phase, iterations, seed, hot, halt):  # type: ignore[no-untyped-def]
+    """Anneal a state in place to the best one that was met in the last part of the run; returns its cost.
+
+    Ends early when `halt` is set.
+    """
     np.random.seed(seed)
     robots, count = o[ROBOTS], o[STATICS]
     most = 1
@@ -269,6 +272,8 @@ def anneal(o, W, F, C, X, phase, iterations, seed, hot):  # type: ignore[no-unty
         firm = min(iteration / (FIRM * iterations), 1.0) ** 2 if hot == HOT_J else 1.0
         unfit, rate = UNFIT_J * (0.3 + 4.0 * firm), 0.2 + 2.0 * firm
         if iteration % RECOUNT == 0:
+            if halt[0] != 0:
+                break
             total = _recount(o, W, F, C, X, phase, lag, hand, meet, unfit, rate)
             for r in range(robots):
                 total += cost[r]

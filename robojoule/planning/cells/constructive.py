@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
 
@@ -76,16 +76,24 @@ class Annealer:
         self.singles = tuple(singles)
         self.problem = self._problem()
 
-    def run(self, iterations: int, seed: int) -> Selection:
-        """Choices of the best state of one run."""
+    def run(self, iterations: int, seed: int, stop: Callable[[], bool] | None = None) -> Selection:
+        """Choices of the best state of one run; `stop` may end it early."""
         state = self._start(seed)
-        anneal(self.problem, state, iterations, seed)
+        anneal(self.problem, state, iterations, seed, stop=stop)
         return self._selection(state)
 
-    def rerun(self, selection: Selection, timing: Timing, iterations: int, seed: int, hot_j: float) -> Selection:
+    def rerun(
+        self,
+        selection: Selection,
+        timing: Timing,
+        iterations: int,
+        seed: int,
+        hot_j: float,
+        stop: Callable[[], bool] | None = None,
+    ) -> Selection:
         """Choices of the best state of a run that begins, less hot, with a plan."""
         state = self.state_of(selection, timing)
-        anneal(self.problem, state, iterations, seed, hot_j)
+        anneal(self.problem, state, iterations, seed, hot_j, stop)
         return self._selection(state)
 
     def state_of(self, selection: Selection, timing: Timing) -> State:

@@ -1,7 +1,8 @@
 """Search for cells that the model alone is too large for: anytime, from a first plan to better ones with a bound.
 
 1. Every robot alone: prices of time, tours to start from, and a bound, the sum of their bounds.
-2. Annealing from several seeds, longer and longer, each followed by the timing problem; the best few plans are kept.
+2. Annealing from several seeds, longer and longer up to a first plan, each followed by the timing problem; the best few
+   plans are kept.
 3. Annealing from those plans and neighbourhoods of the best one, until all are exhausted or the time is up; in between,
    the bound is sharpened robot by robot.
 """
@@ -30,12 +31,12 @@ from robojoule.programs.cell import Cell
 
 LEAST_ITERATIONS = 2000  # fewer are not worth a run
 FEWEST_ITERATIONS, STATICS_OF_FEWEST = 20_000, 40  # of the first run: so many for each so many static activities
-MOST_ITERATIONS = 1_000_000
+MOST_ITERATIONS = 8_000  # of the longest runs, for each static activity
 ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
 BOUND_S = 60.0
-SHARE_OF_ANNEALING = 0.2  # of the time, at most
-REHEAT_ITERATIONS, REHEAT_J = 1_000_000, (60.0, 100.0, 30.0)
+SHARE_OF_ANNEALING = 0.35  # of the time, at most
+REHEAT_J = (60.0, 100.0, 30.0)
 OFTEN, SELDOM = 4, 12  # turns with one neighbourhood: in cells of many robots they find less than annealing
 KEPT = 4  # plans of different seeds that annealing goes on from
 LEAST_GAIN_J = 0.01
@@ -89,7 +90,7 @@ class LargeSearch:
         return replace(self.best, status=self._status())
 
     def _anneal(self, annealer: Annealer, began: float) -> None:
-        """Runs from different seeds, doubled in length while none gave a plan, then while the time for them lasts."""
+        """Runs from different seeds, doubled in length while none gave a plan, then long ones while time lasts."""
         until = began + SHARE_OF_ANNEALING * (self.limits.until - began)
         iterations = FEWEST_ITERATIONS * max(self.numbers.statics // STATICS_OF_FEWEST, 1)
         seed = self.limits.seed * 1000
@@ -105,22 +106,27 @@ class LargeSearch:
                 if self._done():
                     break
             seed += self.workers
-            iterations = min(2 * iterations, MOST_ITERATIONS)
+            longer = 2 * iterations if self.best.selection is None else self._most_iterations
+            iterations = min(longer, self._most_iterations)
 
     def _runs(self, annealer: Annealer, iterations: int, seed: int) -> Iterable[Selection]:
         seeds = range(seed, seed + self.workers)
         if self.executor is None:
             for one in seeds:
                 with self._paced(iterations):
-                    selection = annealer.run(iterations, one)
+                    selection = annealer.run(iterations, one, self._done)
                 yield selection
             return
         with self._paced(iterations):
             found = list(self.executor.map(_Run(self.numbers.cell, annealer.singles, iterations), seeds))
         yield from found
 
+    @property
+    def _most_iterations(self) -> int:
+        return max(MOST_ITERATIONS * self.numbers.statics, FEWEST_ITERATIONS)
+
     def _affordable(self, iterations: int) -> int:
-        """As many iterations as the time lasts for: a run of them cannot be stopped."""
+        """As many iterations as the time lasts for, so that a run of them cools to its end."""
         left_s = max(self.limits.until - monotonic(), 0.0)
         return iterations if self.pace_s * iterations <= left_s else int(left_s / self.pace_s)
 
@@ -144,7 +150,7 @@ class LargeSearch:
             if turn % 4 == 0 and next(tasks, None) is not None:
                 continue
             if turn % every != every - 1 or around is None:
-                if self._affordable(REHEAT_ITERATIONS) < LEAST_ITERATIONS:
+                if self._affordable(self._most_iterations) < LEAST_ITERATIONS:
                     break
                 if self._reheat(annealer, turn):
                     exhausted.clear()
@@ -163,10 +169,10 @@ class LargeSearch:
         """A run of annealing from the best plan or, every other time, another one; whether there is a better plan."""
         parent = 0 if turn % 2 else (turn // 2) % len(self.kept)
         selection, timing = self.kept[parent]
-        iterations = self._affordable(REHEAT_ITERATIONS)
+        iterations = self._affordable(self._most_iterations)
         with self._paced(iterations):
             hot = REHEAT_J[turn % len(REHEAT_J)]
-            found = annealer.rerun(selection, timing, iterations, self.limits.seed * 1000 + turn, hot)
+            found = annealer.rerun(selection, timing, iterations, self.limits.seed * 1000 + turn, hot, self._done)
         times = timed(self.numbers, found, self._within(10.0, 1e-3))
         if times is None or times.late_s > LATE_S or times.energy_j >= timing.energy_j - LEAST_GAIN_J:
             return False

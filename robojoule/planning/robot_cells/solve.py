@@ -197,6 +197,6 @@ def _told(found: RobotCellPlan, cell: RobotCell, guard: Guard) -> RobotCellPlan:
         judged, known = guard.judged(run, program, placed.program, placed.robot)
         programs.append(program)
         runs.append(judged)
-        warnings += [f"{placed.name}: {warning}" for warning in known]
+        warnings += [f"{placed.name}: {warning}" for warning in (*placed.assumed, *known)]
     told: CellRun = replace(found.run, runs=tuple(runs))
     return replace(found, programs=tuple(programs), run=told, warnings=tuple(warnings))

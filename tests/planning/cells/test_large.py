@@ -133,6 +133,13 @@ def test_annealing_from_a_plan_begins_where_the_plan_is(annealer, numbers):
         assert state.move_s[own].sum() + state.stay_s[own].sum() == pytest.approx(numbers.cycle_time_s, rel=1e-5)
 
 
+def test_a_run_of_annealing_is_stopped_with_a_closed_tour(annealer, numbers):
+    begun = monotonic()
+    selection = annealer.run(10**11, 1, stop=lambda: monotonic() > begun + 0.5)
+    assert monotonic() - begun < 60
+    assert is_whole(numbers, selection)
+
+
 def test_what_is_compiled_is_made_anew_when_the_costs_change():
     costs = Path(annealing_costs.__file__).read_bytes()
     assert sha256(costs).hexdigest()[:12] == annealing_kernel.COSTS, "write the new digest into the kernel"

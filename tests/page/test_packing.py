@@ -7,7 +7,7 @@ import pytest
 from selenium.webdriver.common.by import By
 
 import robojoule as rj
-from robojoule.page.packed import DETAILS, ENERGY_J, TIME_S, packed
+from robojoule.page.packing import DETAILS, ENERGY_J, TIME_S, packed
 from robojoule.planning.pareto import TradeOff
 from tests.browser import browser
 from tests.page.held import held
@@ -64,4 +64,4 @@ def test_what_is_left_out_is_told_and_true(long_case, detail):
             assert durations.sum() == pytest.approx(time, abs=5e-3)
             assert np.abs(durations - curve.curve.plan_durations_s(time)[0]).max() <= allowed_s
     drawn = sum(one["profile"] is not None for one in page["movements"])
-    assert drawn == min(detail.pictures, 300) and (f"{drawn} motions" in told) == (drawn < 300)
+    assert drawn == min(detail.pictures, 300) and ("profiles" in told) == (drawn < 300)
