@@ -1,8 +1,8 @@
 """The pipeline as a Prefect flow.
 
 DVC decides what is out of date and keeps the results; Prefect brings schedule, retries, timeouts and artifacts; MLflow
-keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is a
-task that ends at once.
+keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is
+not started.
 """
 
 from __future__ import annotations
