@@ -7,17 +7,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
-from concurrent.futures import Executor, Future
 from pathlib import Path
-from threading import Thread
-from typing import Any
 
-from prefect import flow, task
-from prefect.cache_policies import NO_CACHE
-from prefect.context import FlowRunContext
-from prefect.futures import PrefectFuture
+from prefect import flow
 
+from flows.executor import TaskExecutor
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
@@ -27,38 +21,6 @@ from robojoule.planning.cells.plan import CellPlan
 from robojoule.planning.cells.plan_files import write_plans
 from robojoule.planning.cells.solve import GAP_PERCENT, TIME_LIMIT_S, solve_cell
 from robojoule.programs.cell import Cell
-
-
-@task(cache_policy=NO_CACHE, persist_result=False)
-def call(function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    """Call a function."""
-    return function(*arguments, **named)
-
-
-class TaskExecutor(Executor):
-    """An executor whose calls are tasks on the runner of the flow in which it is used.
-
-    Raises:
-        RobojouleError: It is made outside of a flow.
-    """
-
-    def __init__(self) -> None:
-        if FlowRunContext.get() is None:
-            raise RobojouleError("tasks are executed within a flow only")
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """See `concurrent.futures.Executor`."""
-        future: Future[Any] = Future()
-        future.set_running_or_notify_cancel()
-        Thread(target=_await, args=(call.submit(fn, args, kwargs), future), daemon=True).start()
-        return future
-
-
-def _await(started: PrefectFuture[Any], future: Future[Any]) -> None:
-    try:
-        future.set_result(started.result())
-    except BaseException as error:  # what the call raised goes to who asks for its result
-        future.set_exception(error)
 
 
 @flow(name="plan-cell", persist_result=False)

@@ -18,9 +18,13 @@ from flows.service import Service, answers
 from reproduction.layout import Layout
 from reproduction.settings import address
 from reproduction.tracking.store import open_store
-from robojoule.errors import RobojouleError
+from robojoule.documents import write_text
+from robojoule.errors import RobojouleError, require_package
 
 POOL = "local"
+# Who holds which slot is kept in files: in memory, as is Prefect's default, a server that is started again would know
+# nothing of runs that go on, and end them.
+_LEASES, _LEASES_IN = "PREFECT_SERVER_CONCURRENCY_LEASE_STORAGE", "prefect.server.concurrency.lease_storage"
 SERVICES = ("prefect-server", "mlflow-server", "prefect-worker")
 
 
@@ -31,18 +35,22 @@ def services(layout: Layout) -> list[Service]:
     environment = prefect_environment(layout)
     service = partial(Service, folder=desk, cwd=layout.root.resolve())
     stored = ["--backend-store-uri", store, "--default-artifact-root", layout.mlflow_artifacts.as_uri()]
+    app = ["--app-name", "basic-auth"] if _with_users() else []
     python = [sys.executable, "-m"]
     return [
         service(
             "prefect-server",
             [*python, *["prefect", "server", "start"]],
-            environment=environment,
+            environment=environment | {_LEASES: os.environ.get(_LEASES, f"{_LEASES_IN}.filesystem")},
             health=f"{prefect}/api/health",
         ),
         service(
             "mlflow-server",
-            [*python, *["mlflow", "server", "--workers", "1"], *stored],
-            environment={"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"},  # seven processes for what is not used here
+            [*python, *["mlflow", "server", "--workers", "1"], *app, *stored],
+            environment={
+                "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",  # seven processes for what is not used here
+                "MLFLOW_AUTH_CONFIG_PATH": os.environ.get("MLFLOW_AUTH_CONFIG_PATH", str(_users_file(layout))),
+            },
             health=f"{mlflow}/health",
         ),
         service(
@@ -74,20 +82,44 @@ def prefect_environment(layout: Layout) -> dict[str, str]:
     }
 
 
+def _with_users() -> bool:
+    """Whether MLflow's server asks for a user's password: where the secret is set that it needs for that."""
+    return bool(os.environ.get("MLFLOW_FLASK_SERVER_SECRET_KEY"))
+
+
+def _users_file(layout: Layout) -> Path:
+    return layout.desk_dir.resolve() / "mlflow-users.ini"
+
+
+def prepare_mlflow(layout: Layout) -> None:
+    """Make the store of MLflow, and say where its users are kept; both beside the other stores.
+
+    Raises:
+        RobojouleError: They cannot be made, or the package that asks for passwords is missing.
+    """
+    if "MLFLOW_BACKEND_STORE_URI" not in os.environ:
+        open_store(layout)
+    if _with_users():
+        require_package("flask_wtf", "auth", "a password for MLflow")
+        users = f"sqlite:///{layout.desk_dir.resolve() / 'mlflow-users.db'}"
+        lines = ("[mlflow]", "default_permission = READ", "admin_username = admin", f"database_uri = {users}")
+        write_text(_users_file(layout), "\n".join(lines) + "\n")
+
+
 def up(layout: Layout) -> None:
     """Start what does not run; make work pool and deployments.
 
     Raises:
         RobojouleError: A program does not start, or the deployments are refused.
     """
-    if "MLFLOW_BACKEND_STORE_URI" not in os.environ:
-        open_store(layout)
+    prepare_mlflow(layout)
     for service in services(layout):
         if service.name == "prefect-worker":
             deploy(layout)
-            if service.process() is None:
+            runs = service.process() is not None
+            if not runs:
                 service.stop()  # what is left of a worker that was killed
-                close_lost(layout)
+            close_lost(layout, worker_runs=runs)  # also of a server that was away for longer than its runs bear
         said = "started" if service.start() else "runs already"
         print(f"{service.name:<15} {said}", flush=True)
     print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
@@ -95,9 +127,8 @@ def up(layout: Layout) -> None:
 
 def deploy(layout: Layout) -> None:
     """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
-    prefect = ("-m", "prefect", "--no-prompt")
-    _run(layout, *prefect, "work-pool", "create", POOL, "--type", "process", "--overwrite")
-    _run(layout, *prefect, "deploy", "--all")
+    _run(layout, "-m", "flows.pool", POOL)
+    _run(layout, "-m", "prefect", "--no-prompt", "deploy", "--all")
 
 
 def _run(layout: Layout, *words: str) -> None:
@@ -125,8 +156,8 @@ def run_here(layout: Layout, name: str) -> None:
         RobojouleError: The server does not answer, or the deployments are refused.
     """
     (service,) = [one for one in services(layout) if one.name == name]
-    if name == "mlflow-server" and "MLFLOW_BACKEND_STORE_URI" not in os.environ:
-        open_store(layout)
+    if name == "mlflow-server":
+        prepare_mlflow(layout)
     if name == "prefect-worker":
         health, end = f"{address('prefect')}/api/health", time.monotonic() + service.patience_s
         while not answers(health):
@@ -140,9 +171,9 @@ def run_here(layout: Layout, name: str) -> None:
     os.execve(service.command[0], list(service.command), {**os.environ, **service.environment})
 
 
-def close_lost(layout: Layout) -> None:
-    """Close the runs whose process ended with a worker that was killed."""
-    _run(layout, "-m", "flows.lost", "--pool", POOL)
+def close_lost(layout: Layout, worker_runs: bool = False) -> None:
+    """Close the runs whose process ended with a worker that was killed, or while no server could be told."""
+    _run(layout, "-m", "flows.lost", "--pool", POOL, *(["--worker-runs"] if worker_runs else []))
 
 
 def down(layout: Layout) -> None:

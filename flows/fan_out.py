@@ -1,7 +1,8 @@
-"""The shards of the pipeline's own simulation on a task runner, such as a cluster.
+"""The parts of a stage on a task runner, such as a cluster.
 
-They are put where the stage keeps finished shards of runs that were killed: it finds them, makes what is missing and
-writes its outputs. It knows nothing of Prefect, and the bytes are the same.
+A stage that is cut into parts has a function `compute`, which takes an executor and keeps what it computes where the
+stage looks for it (`reproduction.parts`). Here it gets one of Prefect's task runners; then DVC runs the stage, which
+finds its parts and writes its outputs. It knows nothing of Prefect, and the bytes are the same.
 """
 
 from __future__ import annotations
@@ -9,70 +10,70 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from prefect import flow, get_run_logger, task
-from prefect.cache_policies import NO_CACHE
+from prefect import flow
 from prefect.task_runners import TaskRunner
 from threadpoolctl import threadpool_limits
 
+from flows.executor import TaskExecutor
 from reproduction.config import load_params
 from reproduction.layout import Layout
-from reproduction.motions.simulate import Shard, planned_shards, read_motions
+from reproduction.study.config import load_study_params
 
-STAGE = "simulate_motions"
-
-
-@task(cache_policy=NO_CACHE, persist_result=False)
-def make_shard(shard: Shard) -> int:
-    """Simulate one shard; returns its number."""
-    shard.make()
-    return shard.number
-
-
-@flow(name="simulate-shards", persist_result=False, validate_parameters=False)
-def make_shards(shards: list[Shard]) -> int:
-    """Simulate shards on this flow's task runner; returns how many."""
-    with threadpool_limits(1):  # also holds while threads end one after another
-        return len([future.result() for future in [make_shard.submit(shard) for shard in shards]])
+# Stages that are cut, and how each reads its parameters.
+PIPELINE = dict.fromkeys(("simulate_motions", "evaluate_plans"), ("params.yaml", load_params))
+STUDIES = dict.fromkeys(
+    ("compare_predictors", "evaluate_motions", "evaluate_robots", "close_the_loop", "plan_cells"),
+    ("studies/params.yaml", load_study_params),
+)
+FANNED: dict[str, tuple[str, Callable[[Path], Any]]] = {**PIPELINE, **STUDIES}
 
 
-def fan_out(root: Path, tasks: TaskRunner[Any], force: bool = False) -> int:
-    """Make the missing shards of the stage, if it would run.
+@flow(name="fan-out", persist_result=False)
+def compute_parts(stage: str, root: Path) -> None:
+    """Compute the parts of a stage on this flow's task runner.
 
     Args:
-        root: Folder of `dvc.yaml`, which the workers see under the same name.
+        stage: One of `FANNED`.
+        root: Folder of `dvc.yaml`; of all that workers write nothing but the shards of `simulate_motions` is in it.
+
+    Raises:
+        InputError: Bad parameters, or inputs that are missing.
+    """
+    file, load = FANNED[stage]
+    compute = import_module(f"stages.{stage}").compute
+    with threadpool_limits(1):  # also holds while threads end one after another
+        compute(load(root / file), Layout(root), TaskExecutor())
+
+
+def fan_out(stage: str, target: str, root: Path, tasks: TaskRunner[Any], force: bool = False) -> bool:
+    """Compute the parts of a stage, if it is cut into parts and would run.
+
+    Args:
+        stage: Its name.
+        target: Its name for DVC, with its file.
+        root: Folder of `dvc.yaml`.
         tasks: Task runner.
         force: Whether the stage runs in any case.
 
     Returns:
-        How many were made.
-
-    Raises:
-        InputError: Bad parameters or trees.
+        Whether it did.
     """
-    if not force and not _would_run(root):
-        return 0
-    missing = missing_shards(Layout(root.resolve()))
-    get_run_logger().info("%d shards of %s are missing", len(missing), STAGE)
-    return make_shards.with_options(task_runner=tasks)(missing) if missing else 0
+    if stage not in FANNED or not (force or changed(root, [target])):
+        return False
+    compute_parts.with_options(name=f"fan-out-{stage}", task_runner=tasks)(stage, root.resolve())
+    return True
 
 
-def missing_shards(layout: Layout) -> list[Shard]:
-    """Shards of the stage that no earlier run has made with the same code, parameters and trees.
-
-    Raises:
-        InputError: Bad parameters or trees.
-    """
-    params = load_params(layout.root / "params.yaml")
-    motions = read_motions(layout.trees, params.robot.robot().joint_count)
-    shards = planned_shards(params.robot, params.simulate_motions, motions, layout.scratch_dir / STAGE)
-    return [shard for shard in shards if not shard.is_made]
-
-
-def _would_run(root: Path) -> bool:
-    """Whether DVC finds the stage out of date."""
-    words = [sys.executable, "-m", "dvc", "status", "--json", STAGE]
+def changed(root: Path, targets: Sequence[str]) -> set[str]:
+    """Those of some stages, named as DVC takes them, that it finds out of date; all where it fails: so will they."""
+    words = [sys.executable, "-m", "dvc", "status", "--json", *targets]
     done = subprocess.run(words, cwd=root, capture_output=True, text=True, check=False)
-    return done.returncode != 0 or json.loads(done.stdout.strip() or "{}") != {}
+    if done.returncode != 0:
+        return set(targets)
+    found = json.loads(done.stdout.strip() or "{}")
+    return {target for target in targets if target in found}

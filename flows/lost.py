@@ -1,7 +1,8 @@
 """Runs whose process is gone: closed, so that pages tell the truth and the slot of their deployment is free.
 
-A worker closes the runs of processes that end while it lives. What was cut off together with the worker, by a kill or a
-switched-off machine, would count as running until leases and heartbeats run out.
+A worker closes the runs of processes that end while it and the server live. What was cut off together with the worker,
+by a kill or a switched-off machine, or ended while no server could be told, would count as running until leases and
+heartbeats run out.
 """
 
 from __future__ import annotations
@@ -18,26 +19,27 @@ from prefect.states import Crashed
 OPEN = [StateType.PENDING, StateType.RUNNING, StateType.CANCELLING]
 
 
-def close_lost_runs(pool: str) -> list[str]:
+def close_lost_runs(pool: str, worker_runs: bool = False) -> list[str]:
     """Set the runs of a work pool of this machine to crashed that have no process.
-
-    Call it while no worker of the pool runs: a run that it has just taken has no process for a moment.
 
     Args:
         pool: Name of the work pool.
+        worker_runs: Whether a worker of the pool runs. Then a run that it has just taken has no process for a moment,
+            so that only those are closed that ran in a process which is noted.
 
     Returns:
         Names of the runs.
     """
     closed = []
     with get_client(sync_client=True) as client:
-        wanted = FlowRunFilter.model_validate({"state": {"type": {"any_": OPEN}}})
+        kinds = [StateType.RUNNING] if worker_runs else OPEN
+        wanted = FlowRunFilter.model_validate({"state": {"type": {"any_": kinds}}})
         of_pool = WorkPoolFilter.model_validate({"name": {"any_": [pool]}})
         found = client.read_flow_runs(flow_run_filter=wanted, work_pool_filter=of_pool)
         runs = [*found, *_children(client, found)]
         for run in runs:
-            if not _has_process(run):
-                state: State[None] = Crashed(message="The process of this run was gone when the worker started again.")
+            if not _has_process(run) and (run.infrastructure_pid or not worker_runs):
+                state: State[None] = Crashed(message="The process of this run was gone at the next look.")
                 client.set_flow_run_state(run.id, state, force=True)
                 closed.append(str(run.name))
     return closed
@@ -76,7 +78,9 @@ def main() -> None:
     """Close the lost runs of a pool; for a service manager, before it starts the worker."""
     parser = argparse.ArgumentParser(prog="python -m flows.lost", description=__doc__.splitlines()[0])
     parser.add_argument("--pool", default="local", help="work pool (default: local)")
-    for name in close_lost_runs(parser.parse_args().pool):
+    parser.add_argument("--worker-runs", action="store_true", help="a worker of the pool runs")
+    arguments = parser.parse_args()
+    for name in close_lost_runs(arguments.pool, arguments.worker_runs):
         print(f"closed the run {name}, whose process is gone")
 
 

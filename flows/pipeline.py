@@ -16,6 +16,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,10 @@ from prefect.artifacts import (
     update_progress_artifact,
 )
 from prefect.cache_policies import NO_CACHE
+from prefect.task_runners import TaskRunner
 
 from flows import lifeline
-from flows.fan_out import fan_out
+from flows.fan_out import changed, fan_out
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
@@ -69,9 +71,9 @@ def _sentence(stage: str, output: list[str]) -> str:
     return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without a word'}"
 
 
-def stage_names(root: Path) -> list[str]:
-    """Names of the stages in the order of `dvc.yaml`."""
-    names = list(yaml.safe_load((root / "dvc.yaml").read_text(encoding="utf-8"))["stages"])
+def stage_names(root: Path, file: str = "dvc.yaml") -> list[str]:
+    """Names of the stages of a file, in its order."""
+    names = list(yaml.safe_load((root / file).read_text(encoding="utf-8"))["stages"])
     return [str(name) for name in names]
 
 
@@ -115,11 +117,11 @@ def _worth_a_retry(_task: Any, _run: Any, state: Any) -> bool:
     cache_policy=NO_CACHE,
     persist_result=False,
 )
-def reproduce_stage(stage: str, root: Path, force: bool = False) -> str:
+def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
     """Bring one stage up to date with `dvc repro --single-item`.
 
     Args:
-        stage: Name of the stage.
+        target: Name of the stage, with its file if that is not `dvc.yaml`: `studies/dvc.yaml:NAME`.
         root: Folder of `dvc.yaml`.
         force: Run it even if nothing changed.
 
@@ -132,7 +134,7 @@ def reproduce_stage(stage: str, root: Path, force: bool = False) -> str:
     logger = get_run_logger()
     # The stage's command says `python`: that is the interpreter which runs this flow.
     paths = [str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]
-    command = [sys.executable, "-m", "dvc", "repro", "--single-item", *(["--force"] if force else []), stage]
+    command = [sys.executable, "-m", "dvc", "repro", "--single-item", *(["--force"] if force else []), target]
     process = subprocess.Popen(
         [sys.executable, str(Path(lifeline.__file__)), *command],
         cwd=root,
@@ -157,6 +159,7 @@ def reproduce_stage(stage: str, root: Path, force: bool = False) -> str:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
     if code != 0:
+        stage = target.rpartition(":")[2]
         raise StageFailed(stage, bad_input=any("exited with 2" in line for line in output), output=output)
     return "ran" if any(line.startswith("Running stage") for line in output) else "unchanged"
 
@@ -206,6 +209,40 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
     return [run.run_id for run in runs]
 
 
+def reproduce(
+    targets: list[str], root: Path, force: bool, stage_timeout_s: float, tasks: TaskRunner[Any] | None
+) -> dict[str, str]:
+    """Bring stages up to date, one after another, and publish progress; see `pipeline`.
+
+    Args:
+        targets: Their names for DVC.
+        root: Folder of `dvc.yaml`.
+        force: Run every stage even if nothing changed.
+        stage_timeout_s: Longest time of one stage. [s]
+        tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
+    """
+    progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
+    # One look at all costs as much as one at a single stage. After a stage that ran, each is looked at anew.
+    outdated = set(targets) if force else changed(root, targets)
+    outcome: dict[str, str] = {}
+    for done, target in enumerate(targets, start=1):
+        name = target.rpartition(":")[2]
+        if "ran" not in outcome.values() and target not in outdated:
+            outcome[name] = "unchanged"
+            continue
+        if tasks is not None:
+            fan_out(name, target, root, tasks, force)
+        outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(target, root, force)
+        update_progress_artifact(
+            progress,
+            progress=100.0 * done / len(targets),
+            description=f"{done} of {len(targets)} stages: {name} {outcome[name]}",
+        )
+    if "ran" not in outcome.values():
+        update_progress_artifact(progress, progress=100.0, description=f"all {len(targets)} stages are up to date")
+    return outcome
+
+
 @flow(name="pipeline", persist_result=False, validate_parameters=True)
 def pipeline(
     root: Path = Path(),
@@ -223,8 +260,8 @@ def pipeline(
         force: Run every stage even if nothing changed.
         stage_timeout_s: Longest time of one stage. [s]
         mlflow_ui: Address at which `mlflow ui` will listen, for the links.
-        runner: Task runner on which the shards of `simulate_motions` are made: processes, threads, dask or ray. The
-            stage makes them itself if not given.
+        runner: Task runner on which the parts of `simulate_motions` and `evaluate_plans` are computed: processes,
+            threads, dask or ray. The stages compute them themselves if not given.
         workers: Number of processes or threads here.
         address: Address of a Dask or Ray cluster that sees this folder.
 
@@ -236,18 +273,7 @@ def pipeline(
         InputError: Bad runner, or bad parameters.
     """
     tasks = None if runner is None else task_runner(runner, workers, address)
-    names = stage_names(root)
-    progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(names)} stages")
-    outcome: dict[str, str] = {}
-    for done, name in enumerate(names, start=1):
-        if name == "simulate_motions" and tasks is not None:
-            fan_out(root, tasks, force)
-        outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(name, root, force)
-        update_progress_artifact(
-            progress,
-            progress=100.0 * done / len(names),
-            description=f"{done} of {len(names)} stages: {name} {outcome[name]}",
-        )
+    outcome = reproduce(stage_names(root), root, force, stage_timeout_s, tasks)
     publish_table(root)
     publish_training_runs(root, mlflow_ui)
     return outcome
@@ -260,8 +286,11 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
+    layout = Layout(arguments.root)
+    if layout.mlflow_store.exists():  # loaded while the server starts: the links to training runs need it
+        threading.Thread(target=import_module, args=("mlflow",), daemon=True).start()
     try:
-        with prefect_server(Layout(arguments.root)):
+        with prefect_server(layout):
             pipeline(
                 arguments.root,
                 force=arguments.force,

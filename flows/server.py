@@ -6,24 +6,36 @@ runs. Making a store takes longer than the start of a server, so that an empty o
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import logging
 import os
 import shutil
 import sqlite3
+import sys
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
+import httpx
+from prefect.context import refresh_global_settings_context
 from prefect.events.worker import EventsWorker
 from prefect.logging.handlers import APILogWorker
-from prefect.server.api.server import SubprocessASGIServer
-from prefect.settings import PREFECT_API_URL, PREFECT_SERVER_DATABASE_CONNECTION_URL, temporary_settings
+from prefect.settings import (
+    PREFECT_API_URL,
+    PREFECT_CLIENT_MAX_RETRIES,
+    PREFECT_SERVER_DATABASE_CONNECTION_URL,
+    temporary_settings,
+)
 
+from flows.own_server import own_server
 from flows.service import answers
 from reproduction.layout import Layout
 from robojoule.documents import atomic_path
 from robojoule.errors import RobojouleError
+
+_TRIES = 3  # within some 15 s, to reach a server that nobody else would start again; Prefect's own are a minute
 
 
 @contextlib.contextmanager
@@ -37,7 +49,7 @@ def prefect_server(layout: Layout) -> Iterator[str]:
         Its address.
 
     Raises:
-        RobojouleError: The server that `PREFECT_API_URL` names does not answer.
+        RobojouleError: The server does not answer, from the beginning or any more.
     """
     named = PREFECT_API_URL.value()
     if named:
@@ -45,29 +57,67 @@ def prefect_server(layout: Layout) -> Iterator[str]:
             raise RobojouleError(
                 f"no Prefect server answers at {named}; start it (`make up`), or unset PREFECT_API_URL to do without"
             )
-        yield str(named)
+        with _lost(str(named)):
+            yield str(named)
         return
     empty = layout.desk_dir / "empty" / f"prefect-{version('prefect')}.db"
     with tempfile.TemporaryDirectory(prefix="prefect-") as folder:
         store = Path(folder) / "prefect.db"
         if empty.exists():
             shutil.copyfile(empty, store)
-        with temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}):
-            server = SubprocessASGIServer()
-            server.start()
-            try:
-                if not empty.exists():
-                    with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
-                        _keep(store, empty)
-                with temporary_settings({PREFECT_API_URL: server.api_url}):
-                    os.environ["PREFECT_API_URL"] = server.api_url
-                    try:
-                        yield server.api_url
-                    finally:
-                        drain()
-            finally:
-                os.environ.pop("PREFECT_API_URL", None)
-                server.stop()
+        with (
+            temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}),
+            own_server() as url,
+        ):
+            if not empty.exists():
+                with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
+                    _keep(store, empty)
+            with temporary_settings({PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: _TRIES}):
+                os.environ["PREFECT_API_URL"] = url
+                # For threads that Prefect starts: without an address, those of its process pool start one more server.
+                refresh_global_settings_context()
+                try:
+                    with _lost(url):
+                        try:
+                            yield url
+                        finally:
+                            if answers(f"{url}/health"):
+                                drain()
+                finally:
+                    os.environ.pop("PREFECT_API_URL", None)
+                    refresh_global_settings_context()
+
+
+class _WithoutTraces(logging.Filter):
+    """Takes the traces out of what Prefect says of a server that is away: one sentence at the end tells it."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if record.exc_info and isinstance(record.exc_info[1], httpx.TransportError | ConnectionError):
+            record.exc_info = record.exc_text = None
+        return True
+
+
+@contextlib.contextmanager
+def _lost(url: str) -> Iterator[None]:
+    """Tell of a server that went away in the middle of a run, after Prefect's own tries."""
+    for name in ("prefect", "prefect.flow_runs", "prefect.task_runs"):
+        for handler in logging.getLogger(name).handlers:
+            handler.addFilter(_WithoutTraces())
+    try:
+        yield
+    except httpx.TransportError:
+        logging.raiseExceptions = False  # Prefect says each time by this switch that a log did not get through
+        atexit.register(_leave)  # registered last, it comes first: before threads of Prefect that would try on
+        raise RobojouleError(
+            f"the Prefect server at {url} no longer answers; give the same command again when one does: "
+            "what was finished is kept"
+        ) from None
+
+
+def _leave() -> None:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(1)
 
 
 def drain() -> None:

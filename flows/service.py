@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import subprocess
 import time
 import urllib.error
@@ -41,6 +42,13 @@ def process_of(file: ProcessFile) -> psutil.Process | None:
         if began and process.status() != psutil.STATUS_ZOMBIE:
             return process
     return None
+
+
+def free_port() -> int:
+    """A port of the loopback interface on which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def answers(url: str, timeout_s: float = 5.0) -> bool:

@@ -20,7 +20,7 @@ from robojoule.errors import InputError
 
 _ROOT = Path(__file__).resolve().parents[1]
 _CODE = ("robojoule", "reproduction", "stages")
-_PACKAGES = ("numpy", "pin", "pyarrow", "ruckig", "scipy")
+_PACKAGES = ("highspy", "numpy", "pin", "pyarrow", "pyomo", "ruckig", "scikit-learn", "scipy")
 _ENVIRONMENT = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES")  # decide last digits
 _KEPT_S = 7 * 24 * 3600.0
 

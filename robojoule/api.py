@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
+    adjustable_tree,
     checked_batch,
     checked_robot,
     checked_runs,
@@ -33,11 +34,12 @@ from robojoule.planning.guard import Guard
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
-from robojoule.planning.plan import Plan
+from robojoule.planning.plan import Plan, faster_warnings
 from robojoule.planning.section_plans import has_sections, refuse_sections, section_programs, simulated_sections
+from robojoule.profile.predicted import ProfilePredictor
 from robojoule.profile.predictor_file import load_profile_predictor
 from robojoule.profiling import energy_profile as energy_profile
-from robojoule.programs.tree_check import robot_warnings
+from robojoule.progress import Listener, telling
 from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
 
@@ -67,6 +69,7 @@ def optimize(
     peak_power_w: float | None = None,
     allow_overload_percent: float = 0.0,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
+    progress: Listener | None = None,
 ) -> Plan:
     """The plan with the least energy for a cycle time: speed limits and waits of the program.
 
@@ -99,6 +102,7 @@ def optimize(
         allow_overload_percent: By how much torques may exceed the peak limits. [%]
         slowest_speed_limit_percent: Least speed limit of a plan's motions, 0.01 to 100. The optimum is that within
             this bound (the thesis's is 10). [%]
+        progress: Hears how far the work is, see `robojoule.progress`.
 
     Raises:
         InputError: The program does not fit the robot, an argument or a run is not valid, a joint torque exceeds its
@@ -112,17 +116,17 @@ def optimize(
     at_full_speed = program.tree.without_plan(full_speed=True)
     tree = at_full_speed if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, guard.bearing(robot), tree, slowest_speed_limit_percent)  # motions and graph
-    predictor = None if model is None else load_profile_predictor(model)
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
-    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, predictor)
+    wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     known = None if runs is None else checked_runs(runs, program)
     if known is not None and source == "simulated":
         batch = with_timing(batch, known)
     batch = guard.bounded(batch)
-    if known is None or source == "simulated":
-        plan = planned(program, batch, at_full_speed, wish)
-    else:
-        plan = planned_on_runs(program, batch, known, wish)
+    with telling(progress):
+        if known is None or source == "simulated":
+            plan = planned(program, batch, at_full_speed, wish)
+        else:
+            plan = planned_on_runs(program, batch, known, wish)
     return guard.told(plan, as_given, robot)
 
 
@@ -134,15 +138,19 @@ def adjust(
     measured_cycle: float | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cycle_time: float | str | None = None,
+    given: Program | None = None,
+    allow_faster: bool = False,
     speed_step: float | None = None,
     reserve: float | str = 0.0,
     cautious: bool = False,
+    model: str | Path | None = None,
     peak_power_w: float | None = None,
     allow_overload_percent: float = 0.0,
 ) -> Plan:
     """A plan made again from what a trial of it took on the machine.
 
-    Speed limits of the plan do not bound the new one: they are what the last plan chose. Fixed moves keep theirs.
+    Speed limits of the plan do not bound the new one: they are what the last plan chose. Those of the program before it
+    do, which plans saved as YAML or JSON say (`most_speed_percent`). Fixed moves keep theirs.
 
     Args:
         program: The plan that ran: the program with its speed limits and waits.
@@ -151,9 +159,13 @@ def adjust(
         runs: Or measured runs of the moves, those of earlier trials first: they tell motion by motion.
         cycle_time: Cycle time that is asked for; if not given, the one that the program was planned for, which plans
             say in the program (`planned_cycle_s`). [s]
+        given: The program that the plan was made from, whose speed limits are upper bounds; for formats that cannot say
+            what they were.
+        allow_faster: Whether moves that are not fixed may be faster than the program's own speed limits.
         speed_step: See `optimize`. [%]
         reserve: See `optimize`.
         cautious: See `optimize`.
+        model: See `optimize`; it goes with a measured cycle.
         peak_power_w: See `optimize`. [W]
         allow_overload_percent: See `optimize`. [%]
 
@@ -162,25 +174,33 @@ def adjust(
         CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
     """
     if (measured_cycle is None) == (runs is None):
-        raise InputError("what the trial gave is needed", key="measured_cycle", allowed="a measured cycle or runs")
+        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
+        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
     step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
     program = model_program(as_given, robot)
     full_speed = program.tree.without_plan(full_speed=True)
-    batch = guard.bounded(moving_batch(program, guard.bearing(robot), full_speed))
+    bounds = full_speed if as_flag(allow_faster, "allow_faster") else adjustable_tree(program, given, robot)
+    batch = guard.bounded(moving_batch(program, guard.bearing(robot), bounds))
     asked = program.tree.planned_cycle_s if cycle_time is None else cycle_time
     if asked is None:
         problem = "the program does not say for which cycle time it was planned"
         raise InputError(problem, key="cycle_time", allowed="seconds (7.5); plans saved as YAML or JSON say it")
-    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious)
-    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w)
+    source = checked_profiles(None, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    wish = Wish(asked, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     if runs is not None:
         plan = planned_on_runs(program, batch, checked_runs(runs, program), wish)
     else:
         measured_s = as_number(measured_cycle, "measured_cycle", least=1e-3, most=LONGEST_S, unit="s")
         plan = adjusted(program, batch, full_speed, measured_s, wish)
-    return guard.told(plan, as_given, robot)
+    if not (program.remembers or given is not None or allow_faster):
+        plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
+    found = guard.told(plan, as_given, robot)
+    if not (cycle_time is None and isinstance(asked, float)):
+        return found
+    # The cycle time that is asked for does not shrink, trial by trial, by what rounding leaves of it.
+    return replace(found, program=replace(found.program, tree=found.program.tree.planned_for(asked)))
 
 
 @finite
@@ -202,7 +222,7 @@ def simulate(program: Program, robot: Robot) -> CycleRun:
         return simulated_sections(as_given, [simulate(section, robot) for section in section_programs(as_given)])
     program = model_program(as_given, robot)
     run = simulate_trees(checked_batch(program, robot), [[program.tree]])[0][0]
-    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
+    known = (*as_given.warnings_for(robot), *collision_warnings(program.tree, robot))
     return replace(run, warnings=(*known, *cycle_warnings(program.tree, run)))
 
 
@@ -213,9 +233,11 @@ def pareto(
     *,
     allow_faster: bool = False,
     profiles: Profiles | None = None,
+    model: str | Path | None = None,
     runs: str | Path | MeasuredRuns | None = None,
     cautious: bool = False,
     slowest_speed_limit_percent: float = SLOWEST_PERCENT,
+    progress: Listener | None = None,
 ) -> TradeOff:
     """Least energy of a program over its cycle time, for all cycle times at once.
 
@@ -224,9 +246,11 @@ def pareto(
         robot: Robot with its payload.
         allow_faster: Whether moves that are not fixed may be faster than the program's speed limits.
         profiles: Where energies and durations come from; see `optimize`.
+        model: Folder of a trained predictor; see `optimize`.
         runs: Measured runs of the program's moves; see `optimize`.
         cautious: Whether to go by the upper quantile of energy differences; not for simulated profiles.
         slowest_speed_limit_percent: Least speed limit of the motions, 0.01 to 100. [%]
+        progress: See `optimize`.
 
     Raises:
         InputError: The program does not fit the robot, or the bound or a run is not valid.
@@ -237,15 +261,23 @@ def pareto(
     faster = program.tree.without_plan(full_speed=True) if as_flag(allow_faster, "allow_faster") else None
     batch = moving_batch(program, robot, faster, slowest_speed_limit_percent)
     fastest = simulate_trees(batch, [[batch.trees[0].without_plan()]])[0][0]
-    known = (*robot_warnings(as_given.tree, robot), *collision_warnings(program.tree, robot))
-    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious)
-    found = trade_off(batch, source, None if runs is None else checked_runs(runs, program), cautious=cautious)
-    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest)))
+    known = (*as_given.warnings_for(robot), *collision_warnings(program.tree, robot))
+    source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
+    measured, predictor = None if runs is None else checked_runs(runs, program), _predictor(model)
+    with telling(progress):
+        found = trade_off(batch, source, measured, cautious=cautious, predictor=predictor)
+    return replace(found, fastest=fastest, warnings=(*known, *cycle_warnings(batch.trees[0], fastest), *found.warnings))
 
 
 @finite
 def report(
-    plan: Plan, program: Program, robot: Robot, *, trade_off: TradeOff | None = None, operation: Operation | None = None
+    plan: Plan,
+    program: Program,
+    robot: Robot,
+    *,
+    trade_off: TradeOff | None = None,
+    operation: Operation | None = None,
+    progress: Listener | None = None,
 ) -> Report:
     """A plan beside the program as given, with what it means in a year; `save` writes a page to look at.
 
@@ -255,6 +287,7 @@ def report(
         robot: Robot with its payload, as for the plan.
         trade_off: Energy over cycle time of the program, if it is not the one that `pareto` gives of itself.
         operation: How much the robot works in a year, and what its electricity costs; see `robojoule.year`.
+        progress: See `optimize`.
 
     Raises:
         InputError: The plan is not one of this program.
@@ -263,12 +296,13 @@ def report(
     refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:
         raise InputError(f"the plan is one of '{plan.program.name}', not of '{program.name}'", key="plan")
-    curve = pareto(program, robot) if trade_off is None else trade_off
+    curve = pareto(program, robot, progress=progress) if trade_off is None else trade_off
     tree, planned = (model_program(one, robot).tree for one in (program, plan.program))
     batch = checked_batch(model_program(program, robot), robot)
     given = simulate_trees(batch, [[tree]])[0][0]
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
-    return report_of(plan, curve, (tree, given), planned, batch, year)
+    with telling(progress):
+        return report_of(plan, curve, (tree, given), planned, batch, year)
 
 
 @finite
@@ -365,3 +399,7 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     program = model_program(program, robot)
     batch = moving_batch(program, robot)
     return timing.identify_timing(batch.paths, checked_runs(runs, program))
+
+
+def _predictor(model: str | Path | None) -> ProfilePredictor | None:
+    return None if model is None else load_profile_predictor(model)

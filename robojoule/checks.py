@@ -65,6 +65,17 @@ def moving_batch(
     return batch
 
 
+def adjustable_tree(program: Program, given: Program | None, robot: Robot) -> OperationTree:
+    """The tree of a plan, each move as fast as the program that the plan was made from let it be."""
+    if given is None:
+        return program.tree.at_most_speeds()
+    before = model_program(known_program(given, robot), robot).tree
+    limits = {move.name: move.speed_limit_percent for move in before.moves()}
+    if limits.keys() != {move.name for move in program.moves}:
+        raise InputError("it has other moves than the plan", key="given", allowed="the program that the plan is of")
+    return program.tree.without_plan().with_plan(limits)
+
+
 def known_program(program: Program, robot: Robot) -> Program:
     """The program as a robot executes it; see `Program.for_robot`."""
     return checked_program(program).for_robot(checked_robot(robot))

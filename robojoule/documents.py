@@ -7,7 +7,8 @@ import json
 import os
 import tempfile
 from collections.abc import Hashable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -324,13 +325,28 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+_together: ContextVar[ExitStack | None] = ContextVar("together", default=None)
+
+
+@contextmanager
+def all_or_none() -> Iterator[None]:
+    """Let whatever is written inside appear at the end, all of it or, on an error, nothing."""
+    with ExitStack() as files:
+        token = _together.set(files)
+        try:
+            yield
+        finally:
+            _together.reset(token)
+
+
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
     """Write several files, all of them or none.
 
     Raises:
         InputError: One of them cannot be written; names it.
     """
-    with ExitStack() as files:  # each is renamed when all have been written
+    around = _together.get()
+    with ExitStack() if around is None else nullcontext(around) as files:  # each is renamed when all have been written
         for path, content in contents.items():
             temporary = files.enter_context(atomic_path(path))
             try:

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
+
 from reproduction.config import Params, load_params
 from reproduction.layout import Layout
 from reproduction.motions.energy_model import energy_model_metrics
-from reproduction.motions.simulate import forget, planned_shards, read_motions, simulate_shards
+from reproduction.motions.simulate import Shard, forget, gathered, make_shards, planned_shards, read_motions
 from reproduction.reference_robot.check import FIGURE_COLUMNS, energy_model_rows
 from reproduction.tables import write_csv, write_parquet
 from robojoule.documents import write_document
 from stages.cli import run, say
 
 
+def compute(params: Params, layout: Layout, executor: Executor | None = None) -> list[Shard]:
+    """All shards; those that are missing are simulated by an executor, or on all processors here."""
+    motions = read_motions(layout.trees, params.robot.robot().joint_count)
+    shards = planned_shards(params.robot, params.simulate_motions, motions, layout.scratch_dir / "simulate_motions")
+    make_shards(shards, say("simulate_motions"), executor)
+    return shards
+
+
 def simulate_motions(params: Params, layout: Layout) -> None:
     """Simulate all motions of `data/trees.parquet`, in shards on all processors."""
-    robot = params.robot.robot()
-    motions = read_motions(layout.trees, robot.joint_count)
-    shards = planned_shards(params.robot, params.simulate_motions, motions, layout.scratch_dir / "simulate_motions")
-    found = simulate_shards(shards, layout.samples_dir, say("simulate_motions"))
+    shards = compute(params, layout)
+    found, robot = gathered(shards, layout.samples_dir), params.robot.robot()
     write_parquet(layout.motions, found.motions)
     write_parquet(layout.runs, found.runs)
     write_parquet(layout.paths, found.paths)

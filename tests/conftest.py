@@ -41,7 +41,7 @@ EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
 OPERATIONS = (
     "tests/chaos/",
     "tests/test_dvc_use.py",
-    *(f"tests/flows/test_{name}.py" for name in ("clusters", "desk", "measurements", "schedule")),
+    *(f"tests/flows/test_{name}.py" for name in ("clusters", "desk", "events", "measurements", "schedule", "team")),
 )
 
 

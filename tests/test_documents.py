@@ -5,7 +5,17 @@ from pathlib import Path
 import pytest
 from pydantic import Field
 
-from robojoule.documents import Document, atomic_path, check_output, load, read_document, write_document, write_files
+from robojoule.documents import (
+    Document,
+    all_or_none,
+    atomic_path,
+    check_output,
+    load,
+    read_document,
+    write_document,
+    write_files,
+    write_text,
+)
 from robojoule.errors import InputError
 from robojoule.inputs import as_path
 
@@ -123,3 +133,18 @@ def test_a_full_disk_is_said(tmp_path):
         temporary.symlink_to("/dev/full")
         temporary.write_text("text")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_files_that_belong_together_appear_together(tmp_path):
+    with pytest.raises(ZeroDivisionError), all_or_none():
+        write_text(tmp_path / "a.txt", "a")
+        write_text(tmp_path / "b.txt", "b")
+        raise ZeroDivisionError
+    assert list(tmp_path.iterdir()) == []
+    with all_or_none():
+        write_text(tmp_path / "a.txt", "a")
+        write_text(tmp_path / "b.txt", "b")
+        assert not (tmp_path / "a.txt").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.txt", "b.txt"]
+    write_text(tmp_path / "c.txt", "c")
+    assert (tmp_path / "c.txt").exists()

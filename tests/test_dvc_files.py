@@ -17,10 +17,10 @@ from tests.imports import ROOT, closure, imported_files, imports, relative
 PLUMBING = {
     *(
         f"reproduction/{name}.py"
-        for name in ("__init__", "claims", "config", "layout", "pools", "scratch", "settings", "tables")
+        for name in ("__init__", "claims", "config", "layout", "parts", "pools", "scratch", "settings", "tables")
     ),
     *("reproduction/study/config.py", "reproduction/tracking"),
-    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs")),
+    *(f"robojoule/{name}.py" for name in ("__init__", "arrays", "documents", "errors", "inputs", "progress")),
     *("stages/__init__.py", "stages/cli.py"),
     *("robojoule/formats/vendor", "robojoule/page"),  # no stage reads programs in vendors' languages, or writes pages
 }

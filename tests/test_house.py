@@ -13,7 +13,7 @@ from tests.imports import PACKAGES, ROOT, closure, file_of, imports, module_name
 
 # The library's rooms: each imports those before it only. The door (`robojoule/__init__.py`) opens on all of them.
 ROOMS = (
-    *("errors", "inputs", "arrays", "documents"),
+    *("errors", "inputs", "arrays", "documents", "progress"),
     *("robots", "motion", "calibration", "profile", "programs", "formats", "planning"),
     *("year", "page", "plots", "checks", "calls", "profiling", "api", "cli", "__main__"),
 )

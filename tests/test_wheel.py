@@ -85,7 +85,16 @@ def test_the_metadata_is_complete(wheel: Path):
     assert metadata["License-Expression"] == "Apache-2.0"
     assert all(metadata[key] for key in ("Summary", "Keywords", "Author", "Requires-Python"))
     assert "Typing :: Typed" in metadata.get_all("Classifier", [])
-    assert metadata.get_all("Provides-Extra") == ["cells", "dask", "parquet", "pipeline", "plot", "postgres", "ray"]
+    assert metadata.get_all("Provides-Extra") == [
+        "auth",
+        "cells",
+        "dask",
+        "parquet",
+        "pipeline",
+        "plot",
+        "postgres",
+        "ray",
+    ]
     core = {re.match(r"[\w-]+", text)[0] for text in metadata.get_all("Requires-Dist", []) if "extra ==" not in text}
     assert not HEAVY & core and {"numpy", "pyomo"} <= core
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from importlib import resources
 from typing import Any
 
+from reproduction.parts import HERE, Parts
 from reproduction.study.config import PlanCellsParams
 from robojoule.formats.robot_cell import PlacedRobot, RobotCell
 from robojoule.formats.robot_cell_files import read_robot_cell
@@ -32,12 +33,13 @@ METHODS: dict[str, tuple[bool, tuple[str, ...]]] = {
 Row = dict[str, Any]
 
 
-def cell_rows(params: PlanCellsParams, say: Callable[[str], None]) -> list[Row]:
+def cell_rows(params: PlanCellsParams, say: Callable[[str], None], parts: Parts = HERE) -> list[Row]:
     """Plan every cell at every cycle time by every method.
 
     Args:
         params: Cells, cycle times, when searches end.
         say: Is told how far it is.
+        parts: Where the cells at their cycle times are computed and kept.
 
     Returns:
         A row for each plan, see docs/nomenclature.md.
@@ -45,15 +47,21 @@ def cell_rows(params: PlanCellsParams, say: Callable[[str], None]) -> list[Row]:
     Raises:
         RobojouleError: A cell has no plan.
     """
-    rows = []
-    for name in params.cells:
-        cell = read_robot_cell(str(resources.files("robojoule").joinpath("examples", name)))
-        for percent in params.cycle_times_percent:
-            asked = replace(cell, cycle_time_s=cell.cycle_time_s * percent / 100.0)
-            plans = {method: _plan(asked, method, params) for method in METHODS}
-            rows += [_row(asked, method, plan, plans) for method, plan in plans.items()]
-            say(f"{cell.name} at {asked.cycle_time_s:g} s: {len(plans)} plans")
-    return rows
+    tasks = [(params, name, percent) for name in params.cells for percent in params.cycle_times_percent]
+    found = parts.map(
+        cell_plans,
+        tasks,
+        lambda _, rows: say(f"{rows[0]['cell']} at {rows[0]['cycle_time_s']:g} s: {len(rows)} plans"),
+    )
+    return [row for rows in found for row in rows]
+
+
+def cell_plans(params: PlanCellsParams, name: str, percent: float) -> list[Row]:
+    """A row for the plan of each method, of one cell at one cycle time."""
+    cell = read_robot_cell(str(resources.files("robojoule").joinpath("examples", name)))
+    asked = replace(cell, cycle_time_s=cell.cycle_time_s * percent / 100.0)
+    plans = {method: _plan(asked, method, params) for method in METHODS}
+    return [_row(asked, method, plan, plans) for method, plan in plans.items()]
 
 
 def variant(cell: RobotCell, method: str) -> RobotCell:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from reproduction.closed_loop.machines import hidden_machines
 from reproduction.closed_loop.trials import TreeOfMachine, Trial
-from reproduction.pools import worker_pool
+from reproduction.parts import HERE, Parts
 from reproduction.study.cases import generate_trees
 from reproduction.study.config import CloseTheLoopParams, StudyMotionsParams
 from reproduction.tables import Row
@@ -25,7 +23,7 @@ TRACE, STOPWATCH = "trace", "stopwatch"
 
 
 def closed_loop_cases(
-    params: CloseTheLoopParams, motions: StudyMotionsParams, progress: Callable[[str], None]
+    params: CloseTheLoopParams, motions: StudyMotionsParams, progress: Callable[[str], None], parts: Parts = HERE
 ) -> list[Row]:
     """Every plan of the study: a row for each machine, tree, cycle time, look, draw and trial.
 
@@ -33,6 +31,7 @@ def closed_loop_cases(
         params: Machines, trials.
         motions: Trees of the studies.
         progress: Takes a line when a tree is done.
+        parts: Where the trees are computed and kept.
     """
     robot = load_robot(params.robot, Payload(params.payload_kg, motions.payload_com_m))
     seed = np.random.SeedSequence([params.seed, 0])
@@ -42,28 +41,20 @@ def closed_loop_cases(
         for place, _ in enumerate(_names(robot, params))
         for number, tree in enumerate(trees)
     ]
-    rows: list[Row] = []
-    workers = min(os.cpu_count() or 1, len(tasks))
-    with worker_pool(workers) as pool:
-        for found in pool.map(_of_tree, tasks):
-            rows += found
-            progress(f"{found[0]['machine']}, tree {found[0]['tree']}")
-    return rows
+    found = parts.map(
+        closed_loop_tree, tasks, lambda _, rows: progress(f"{rows[0]['machine']}, tree {rows[0]['tree']}")
+    )
+    return [row for rows in found for row in rows]
 
 
 def _names(robot: Robot, params: CloseTheLoopParams) -> list[str]:
     return [machine.name for machine in hidden_machines(robot, params.machines, params.seed)]
 
 
-def _of_tree(task: tuple[CloseTheLoopParams, tuple[float, float, float], int, int, Array]) -> list[Row]:
-    """All plans of one tree on one machine."""
-    with threadpool_limits(1):  # one process per processor: threads inside would only compete
-        return _planned(*task)
-
-
-def _planned(
+def closed_loop_tree(
     params: CloseTheLoopParams, center: tuple[float, float, float], place: int, number: int, points: Array
 ) -> list[Row]:
+    """All plans of one tree on one machine."""
     robot = load_robot(params.robot, Payload(params.payload_kg, center))
     machine = list(hidden_machines(robot, params.machines, params.seed))[place]
     paths = MotionPaths(robot, points[:-1], points[1:])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from threadpoolctl import threadpool_limits
 
@@ -13,6 +15,7 @@ from reproduction.experiment.outcomes import (
     Outcome,
     cycle_times_s,
     full_speed_energies_j,
+    joined_outcomes,
     simulate_plans,
     verify,
 )
@@ -26,9 +29,10 @@ from reproduction.experiment.results import (
 )
 from reproduction.methods.method import Method, Variant
 from reproduction.methods.optimum import Optimum
-from reproduction.methods.registry import METHODS, Knowledge
+from reproduction.methods.registry import METHODS
+from reproduction.methods.robojoule_simulated import RobojouleSimulated
 from reproduction.methods.unoptimized import Unoptimized
-from reproduction.pools import worker_pool
+from reproduction.parts import HERE, Parts
 from reproduction.tables import Row
 from robojoule.planning.batch import TreeBatch
 from robojoule.programs.operation_tree import OperationTree
@@ -36,62 +40,126 @@ from robojoule.programs.operation_tree import OperationTree
 # Cycle times of the thesis's tables, shares of the least one. [%]
 TABLE_6_2 = (110.0, 121.0, 133.0)
 TABLE_6_3 = (150.0, 175.0, 200.0)
+TREES_OF_A_PART = 5
 Progress = Callable[[str], None]
 
 
 def evaluate(
-    robot: RobotParams, settings: EvaluatePlansParams, data: ExperimentData, progress: Progress
+    robot: RobotParams, settings: EvaluatePlansParams, data: ExperimentData, progress: Progress, parts: Parts = HERE
 ) -> tuple[ExperimentResults, list[Row]]:
-    """Plan and simulate with every method, and the optimum with other payloads on a second processor.
+    """Plan and simulate with every method, and the optimum with other payloads, some trees at once.
 
     Args:
         robot: Which robot carries what.
         settings: Cycle times, chords, form of the three-segment profile, density of the true profiles, payloads.
         data: Trees and what methods know of them.
-        progress: Called with a line of text now and then; a function that other processes can load.
+        progress: Called with a line of text now and then.
+        parts: Where parts are computed and kept.
 
     Returns:
         The experiment's results, and the rows of the sensitivity to the payload.
+
+    Raises:
+        PlanningError: The solver failed, a plan is longer than its cycle time, or better than the optimum.
     """
     compared = [payload for payload in settings.payload_sensitivity_kg if robot.carries(payload)]
     if left_out := [f"{payload:g} kg" for payload in settings.payload_sensitivity_kg if payload not in compared]:
         progress(f"{robot.name} is not rated for {', '.join(left_out)}: left out of the sensitivity to the payload")
-    others = [payload for payload in compared if payload != robot.payload_kg]
-    with threadpool_limits(1), worker_pool(1) as pool:
-        slowest = data.batch.slowest_speed_limit
-        jobs = {
-            payload: pool.submit(_with_payload, robot, settings, data.batch.trees, slowest, payload, progress)
-            for payload in others
-        }
-        outcomes = run_experiment(data.batch, data.knowledge, settings, progress)
-        found = _results(data.batch, data.complexities, settings, outcomes)
-        payloads = [
-            row
-            for payload in compared
-            for row in (jobs[payload].result() if payload in jobs else payload_rows(found, payload))
-        ]
+    tasks = planned_parts(robot, settings, data, [payload for payload in compared if payload != robot.payload_kg])
+    made = parts.map(plan_part, [(task,) for task in tasks], _counted(len(tasks), progress))
+    outcomes = {payload: _joined(tasks, made, payload) for payload in {robot.payload_kg, *compared}}
+    ordered = {method.variant: outcomes[robot.payload_kg][method.variant] for method in _methods(data, settings)}
+    verify(ordered, settings.relaxations_percent)
+    with threadpool_limits(1):
+        found = _results(data.batch, data.complexities, settings, ordered)
+        payloads = []
+        for payload in compared:
+            results = found
+            if payload != robot.payload_kg:
+                batch = TreeBatch(robot.robot(payload), data.batch.trees, data.batch.slowest_speed_limit)
+                results = _results(batch, data.complexities, settings, outcomes[payload])
+            payloads += payload_rows(results, payload)
     return found, payloads
 
 
-def _with_payload(
-    robot: RobotParams,
-    settings: EvaluatePlansParams,
-    trees: Sequence[OperationTree],
-    slowest: float,
-    payload_kg: float,
-    progress: Progress,
-) -> list[Row]:
-    """Rows of the sensitivity for one payload; runs in a process of its own."""
-    with threadpool_limits(1):
-        batch = TreeBatch(robot.robot(payload_kg), trees, slowest)
-        outcomes = plan_and_simulate(
-            batch,
-            [Unoptimized(), Optimum(settings.dense_speed_limits)],
-            settings.relaxations_percent,
-            lambda text: progress(f"{payload_kg:g} kg: {text}"),
-        )
-        complexities = ("",) * len(trees)  # the rows do not tell trees apart
-        return payload_rows(_results(batch, complexities, settings, outcomes), payload_kg)
+@dataclass(frozen=True, eq=False)
+class PlanPart:
+    """Plans of some trees by some methods with one payload.
+
+    Attributes:
+        robot: Which robot.
+        payload_kg: What it carries. [kg]
+        first_tree: Number of the first tree, from 0.
+        trees: The trees.
+        slowest_speed_limit: Least speed limit of a plan. [-]
+        methods: The methods, with what they know of the trees' motions.
+        cycle_times_percent: Cycle times as shares of the least one. [%]
+    """
+
+    robot: RobotParams
+    payload_kg: float
+    first_tree: int
+    trees: Sequence[OperationTree]
+    slowest_speed_limit: float
+    methods: Sequence[Method]
+    cycle_times_percent: Sequence[float]
+
+
+def planned_parts(
+    robot: RobotParams, settings: EvaluatePlansParams, data: ExperimentData, other_payloads_kg: Sequence[float]
+) -> list[PlanPart]:
+    """How the experiment is cut; the cut does not depend on who computes the parts."""
+    parts, batch = [], data.batch
+
+    def add(payload_kg: float, first: int, last: int, methods: Sequence[Method]) -> None:
+        trees, slowest = batch.trees[first:last], batch.slowest_speed_limit
+        parts.append(PlanPart(robot, payload_kg, first, trees, slowest, methods, settings.relaxations_percent))
+
+    add(robot.payload_kg, 0, len(batch.trees), [one for one in _methods(data, settings) if _of_all_trees(one)])
+    for first in range(0, len(batch.trees), TREES_OF_A_PART):
+        last = min(first + TREES_OF_A_PART, len(batch.trees))
+        known = data.knowledge.subset(slice(batch.rows[first].start, batch.rows[last - 1].stop))
+        methods = [method for variants in METHODS.values() for method in variants(known, settings)]
+        add(robot.payload_kg, first, last, [one for one in methods if not _of_all_trees(one)])
+        for payload in other_payloads_kg:
+            add(payload, first, last, [Unoptimized(), Optimum(settings.dense_speed_limits)])
+    return parts
+
+
+def _methods(data: ExperimentData, settings: EvaluatePlansParams) -> list[Method]:
+    return [method for variants in METHODS.values() for method in variants(data.knowledge, settings)]
+
+
+def _of_all_trees(method: Method) -> bool:
+    """Whether its plans must be made together: it asks for few runs of many trees at once, in one product."""
+    return method.variant == RobojouleSimulated.variant
+
+
+def plan_part(part: PlanPart) -> dict[Variant, Outcome]:
+    """Plan the trees of a part, write back, simulate: the outcome of each method."""
+    batch = TreeBatch(part.robot.robot(part.payload_kg), part.trees, part.slowest_speed_limit)
+    times_s = cycle_times_s(batch, part.cycle_times_percent)
+    planned = [method.plan(batch, times_s) for method in part.methods]
+    variants = [method.variant for method in part.methods]
+    return dict(zip(variants, simulate_plans(batch, planned), strict=True))
+
+
+def _counted(total: int, progress: Progress) -> Callable[[int, object], None]:
+    """Tells how many parts are done."""
+    count = itertools.count(1)
+    return lambda number, result: progress(f"part {next(count)} of {total} planned and simulated")
+
+
+def _joined(
+    parts: Sequence[PlanPart], made: Sequence[dict[Variant, Outcome]], payload_kg: float
+) -> dict[Variant, Outcome]:
+    """Outcomes of all trees with one payload."""
+    pieces: dict[Variant, list[Outcome]] = {}
+    for part, outcomes in zip(parts, made, strict=True):
+        if part.payload_kg == payload_kg:
+            for variant, outcome in outcomes.items():
+                pieces.setdefault(variant, []).append(outcome)
+    return {variant: joined_outcomes(found) for variant, found in pieces.items()}
 
 
 def _results(
@@ -108,40 +176,6 @@ def _results(
         tuple(settings.relaxations_percent),
         outcomes,
     )
-
-
-def run_experiment(
-    batch: TreeBatch, known: Knowledge, settings: EvaluatePlansParams, progress: Progress
-) -> dict[Variant, Outcome]:
-    """Plan with every method of the registry, write back, simulate.
-
-    Args:
-        batch: Experiment trees.
-        known: What the pipeline's files tell methods about their motions.
-        settings: Cycle times, chords, form of the three-segment profile, density of the true profiles.
-        progress: Called with a line of text now and then.
-
-    Raises:
-        PlanningError: The solver failed, a plan is longer than its cycle time, or better than the optimum.
-    """
-    methods = [method for variants in METHODS.values() for method in variants(known, settings)]
-    outcomes = plan_and_simulate(batch, methods, settings.relaxations_percent, progress)
-    verify(outcomes, settings.relaxations_percent)
-    return outcomes
-
-
-def plan_and_simulate(
-    batch: TreeBatch, methods: Sequence[Method], cycle_times_percent: Sequence[float], progress: Progress
-) -> dict[Variant, Outcome]:
-    """Outcomes of methods, in their order, at cycle times that are shares of the least one. [%]"""
-    planned = {}
-    for method in methods:
-        planned[method.variant] = method.plan(batch, cycle_times_s(batch, cycle_times_percent))
-        spacing = f", runs equidistant in {method.variant.point_spacing}" if method.variant.point_spacing else ""
-        progress(f"{method.variant.name}{spacing}")
-    outcomes = simulate_plans(batch, list(planned.values()))
-    progress(f"{len(planned) * len(batch.trees) * len(cycle_times_percent)} plans written back and simulated")
-    return dict(zip(planned, outcomes, strict=True))
 
 
 def result_tables(found: ExperimentResults) -> dict[str, list[Row]]:

@@ -56,6 +56,22 @@ def simulate_plans(batch: TreeBatch, planned: Sequence[MethodPlans]) -> list[Out
     ]
 
 
+def joined_outcomes(pieces: Sequence[Outcome]) -> Outcome:
+    """Outcome of a method for the trees of several batches, in their order."""
+    planned = [piece.planned for piece in pieces]
+    costs = [piece.costs for piece in planned if piece.costs is not None]
+    limits = [piece.speed_limits for piece in planned if piece.speed_limits is not None]
+    motions = [sum(len(of_tree[0].durations_s) for of_tree in piece.plans) for piece in planned]
+    runs = sum(piece.runs_per_motion * count for piece, count in zip(planned, motions, strict=True))
+    together = MethodPlans(
+        [of_tree for piece in planned for of_tree in piece.plans],
+        np.concatenate(limits) if limits else None,
+        [of_tree for piece in costs for of_tree in piece] if costs else None,
+        runs / sum(motions),
+    )
+    return Outcome(together, [of_tree for piece in pieces for of_tree in piece.runs])
+
+
 def full_speed_energies_j(batch: TreeBatch) -> Array:
     """EC_dmin: energy of each tree's fastest cycle, shape (T,): motions at full speed and required waits. [J]"""
     energies = batch.paths.simulate([1.0]).energy_j[:, 0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 from reproduction.config import EvaluatePlansParams
 from reproduction.methods.greedy import Greedy
@@ -17,8 +17,8 @@ from reproduction.methods.three_segment_profile import ThreeSegmentShape
 from reproduction.methods.uniform import Uniform
 from reproduction.methods.unoptimized import Unoptimized
 from robojoule.arrays import Array
+from robojoule.profile.predicted import PredictedProfiles
 from robojoule.profile.sampled import SampledProfile
-from robojoule.profile.source import ProfileSource
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,19 @@ class Knowledge:
     runs_per_motion: int
     final_power_w: Array
     predicted_parameters: Array
-    predicted_profiles: ProfileSource
+    predicted_profiles: PredictedProfiles
+
+    def subset(self, motions: slice) -> Knowledge:
+        """What they tell about some of the motions."""
+        profiles = self.predicted_profiles
+        known = {field.name: getattr(profiles, field.name)[motions] for field in fields(profiles)}
+        return replace(
+            self,
+            simulated=self.simulated[motions],
+            final_power_w=self.final_power_w[motions],
+            predicted_parameters=self.predicted_parameters[motions],
+            predicted_profiles=replace(profiles, **known),
+        )
 
 
 METHODS: dict[str, Callable[[Knowledge, EvaluatePlansParams], list[Method]]] = {

@@ -6,6 +6,8 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -179,13 +181,13 @@ def planned_shards(
     ]
 
 
-def simulate_shards(shards: Sequence[Shard], samples_dir: Path, progress: Callable[[str], None]) -> SimulatedTables:
-    """Simulate the shards that are not made yet, on all processors, and put their time series in place.
+def make_shards(shards: Sequence[Shard], progress: Callable[[str], None], executor: Executor | None = None) -> None:
+    """Simulate the shards that are not made yet.
 
     Args:
         shards: All shards of the motions.
-        samples_dir: Folder of the time series; one of an earlier run goes when the new one is complete.
         progress: Called with a line of text after each shard.
+        executor: Simulates them; one process for each processor here if not given.
 
     Raises:
         InputError: Something cannot be written.
@@ -193,10 +195,23 @@ def simulate_shards(shards: Sequence[Shard], samples_dir: Path, progress: Callab
     missing = [shard for shard in shards if not shard.is_made]
     if len(missing) < len(shards):
         progress(f"{len(shards) - len(missing)} of {len(shards)} shards are there already")
-    if missing:
-        with worker_pool(min(os.cpu_count() or 1, len(missing))) as pool:
-            for number, _ in enumerate(pool.map(Shard.make, missing), start=1):
-                progress(f"shard {number} of {len(missing)}")
+    if not missing:
+        return
+    with nullcontext(executor) if executor else worker_pool(min(os.cpu_count() or 1, len(missing))) as pool:
+        for number, _ in enumerate(pool.map(Shard.make, missing), start=1):
+            progress(f"shard {number} of {len(missing)}")
+
+
+def gathered(shards: Sequence[Shard], samples_dir: Path) -> SimulatedTables:
+    """Tables of all shards; their time series are put in place.
+
+    Args:
+        shards: All shards of the motions.
+        samples_dir: Folder of the time series; one of an earlier run goes when the new one is complete.
+
+    Raises:
+        InputError: Something cannot be written.
+    """
     found = SimulatedTables(*map(pa.concat_tables, zip(*(shard.tables() for shard in shards), strict=True)))
     replace_folder(samples_dir, {shard.samples.name: shard.samples for shard in shards})
     return found

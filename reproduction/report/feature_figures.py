@@ -10,7 +10,7 @@ from reproduction.report.drawing import Drawing
 from reproduction.report.labels import feature_label
 from reproduction.report.results import Results, number
 from robojoule.errors import InputError
-from robojoule.plots.style import Style
+from robojoule.plots.style import MINUS, Style
 
 BLOCKS = {
     "static": "static features",
@@ -45,7 +45,7 @@ def steepness_and_saving(results: Results, style: Style) -> Drawing:
     count = len(rows["energy_saving_j"])
     return Drawing(
         figure,
-        f"Measured energy saving over steepness (Eq. 4.1) of {count} motions that save energy by slowing down. The "
+        f"Simulated energy saving over steepness (Eq. 4.1) of {count} motions that save energy by slowing down. The "
         "same steepness is reached with small savings quickly and with large ones later. "
         f"{beyond} of them are beyond the right end, with small savings in very short times.",
         f"Scatter plot of {count} motions in a wedge: savings spread wider the larger the steepness is; colour shows "
@@ -97,7 +97,7 @@ def correlation_matrix(block: str, results: Results, style: Style) -> Drawing:
             best = max(others)[1]
             strongest = (
                 f" Of the joint features, {feature_label(best)} goes most with the energy saving "
-                f"(r = {matrix[place[target], place[best]]:.2f})."
+                f"(r = {matrix[place[target], place[best]]:.2f}).".replace("-", MINUS)
             )
     return Drawing(
         figure,

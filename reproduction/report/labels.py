@@ -82,6 +82,65 @@ def key_label(key: str) -> str:
     return f"{METHODS[counted[1]]}, {counted[2]} known motions"
 
 
+_UNITS = {"_percent": "%", "_j_per_s": "J/s", "_kg": "kg", "_rad": "rad", "_w": "W", "_j": "J", "_s": "s", "_m": "m"}
+_COLUMNS = {
+    "d_min_s": "least cycle time d_min [s]",
+    "ec_d_min_j": "energy in it [J]",
+    "relaxation_percent": "cycle time [% of the least]",
+    "above_unoptimized_percent": "trees above unoptimised [%]",
+}
+_PUBLISHED = {"wait": "unoptimised", "krc": "KRC polynomial", "pred": "predicted, three segments"}
+_WORDS = {
+    "abs": "absolute",
+    "rel": "relative error",
+    "p25": "25 % quantile",
+    "p50": "median",
+    "p75": "75 % quantile",
+    "min": "least",
+    "max": "largest",
+    "krc": "KRC",
+    "pearson": "Pearson's r",
+    "spearman": "Spearman's rank correlation",
+    "kendall": "Kendall's rank correlation",
+    "unoptimized": "unoptimised",
+}
+
+
+def column_label(name: str) -> str:
+    """Name of a column for people: words, and its unit in brackets."""
+    if name in _COLUMNS:
+        return _COLUMNS[name]
+    if at := re.fullmatch(r"(\w+)_(\d{3})_j", name):  # energies of a method at a cycle time
+        return f"{_PUBLISHED.get(at[1]) or key_label(at[1])}, {at[2]} % [J]"
+    for suffix, unit in _UNITS.items():
+        if name.endswith(suffix):
+            return f"{_words(name.removesuffix(suffix))} [{unit}]"
+    return _words(name)
+
+
+def _words(name: str) -> str:
+    return " ".join(_WORDS.get(word, word) for word in name.split("_"))
+
+
+def cell_label(column: str, text: str) -> str:
+    """What a cell of a column says, for people: keys of methods, models, features and columns in words."""
+    if text in ("true", "false"):
+        return "yes" if text == "true" else "no"
+    if column == "robot":
+        return text
+    if column in ("method", "model", "other", "case"):
+        return _key_label(text)
+    return re.sub(r"\b[a-z]\w*_\w+", lambda key: _key_label(key[0]), _WORDS.get(text, text))
+
+
+def _key_label(key: str) -> str:
+    for names in (MODELS, _SHORT):
+        if key in names:
+            return names[key]
+    label = key_label(key)
+    return column_label(key) if label == key.replace("_", " ") else label
+
+
 def feature_label(feature: str) -> str:
     """Short name of a feature's column."""
     if feature in _SHORT:

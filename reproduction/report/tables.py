@@ -8,14 +8,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from reproduction.report.gap_figures import PARTS, matching
-from reproduction.report.labels import METHODS, MODELS, STUDIED, TARGETS, key_label, method_label
+from reproduction.report.labels import (
+    METHODS,
+    MODELS,
+    STUDIED,
+    TARGETS,
+    cell_label,
+    column_label,
+    key_label,
+    method_label,
+)
 from reproduction.report.results import Results, Rows, number, published
 from robojoule.plots.style import MINUS
 
 QUANTILES = {"p25": "25 %", "p50": "50 %", "p75": "75 %", "max": "max", "mean": "mean"}
-UNITS = {"_percent": "%", "_j_per_s": "J/s", "_kg": "kg", "_rad": "rad", "_w": "W", "_j": "J", "_s": "s", "_m": "m"}
-# Symbols of the thesis inside column names; "@" keeps an underscore.
-SYMBOLS = {"ec_d_min": "EC d@min", "d_min": "d@min", "krc_": "KRC "}
 STUDY_COLUMNS = {"saving_percent": "saving_mean_percent", "gap_to_optimum_percent": "gap_mean_percent"}
 ERRORS = {"abs": "absolute", "rel_percent": "relative [%]"}
 
@@ -245,34 +251,25 @@ def published_plain(name: str, caption: str) -> Table:
     return _plain(rows, caption, frozenset(range(len(rows))))
 
 
-def column_label(name: str) -> str:
-    """Name of a column for people: its unit in brackets."""
-    for suffix, unit in UNITS.items():
-        if name.endswith(suffix):
-            return f"{_words(name.removesuffix(suffix))} [{unit}]"
-    return _words(name)
-
-
-def _words(name: str) -> str:
-    for written, read in SYMBOLS.items():
-        name = name.replace(written, read)
-    return name.replace("_", " ").replace("@", "_")
-
-
 def _plain(rows: Rows, caption: str, marked: frozenset[int]) -> Table:
-    def shown(text: str) -> str:
-        value = number(text)
-        if value != value or "." not in text:
-            return text
-        return _cell(value, 0 if abs(value) >= 1000 else 2 if abs(value) >= 0.1 or value == 0 else 4)
-
     head = tuple(name for name in rows[0] if name != "note")
-    return Table(
-        caption,
-        tuple(column_label(name) for name in head),
-        tuple(tuple(shown(row[name] or "") for name in head) for row in rows),
-        marked,
-    )
+    columns = [_column(name, [row[name] or "" for row in rows]) for name in head]
+    return Table(caption, tuple(map(column_label, head)), tuple(zip(*columns, strict=True)), marked)
+
+
+def _column(name: str, texts: list[str]) -> list[str]:
+    """Cells of a column: decimals alike where its values are of one size, keys in words."""
+    values = {text: number(text) for text in texts if "." in text and number(text) == number(text)}
+    sizes = [abs(value) for value in values.values() if value != 0.0]
+    alike = bool(sizes) and min(sizes) >= 0.01 and max(sizes) < 1000.0
+
+    def shown(text: str) -> str:
+        if text not in values:
+            return cell_label(name, text)
+        size = abs(values[text])
+        return _cell(values[text], 2 if alike else 0 if size >= 1000 else 2 if size >= 0.1 or size == 0 else 4)
+
+    return [shown(text) for text in texts]
 
 
 def difference(results: Results) -> Table | None:

@@ -76,6 +76,11 @@ def generate_trees(
     ]
 
 
+def speed_limits(params: StudyMotionsParams) -> Array:
+    """Speed limits of observed runs, fractions, shape (S,)."""
+    return np.array(params.speed_limits_percent) / 100.0
+
+
 def observe(
     batch: PlantBatch,
     speed_limits: ArrayLike,

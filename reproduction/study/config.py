@@ -63,6 +63,7 @@ class EvaluateMotionsParams(Document):
 class EvaluateRobotsParams(Document):
     """Regime (c): leave one robot out over the catalog."""
 
+    robots: list[str] | None = Field(default=None, min_length=2, description="Catalog names; all if not given.")
     payload_share: float = Field(gt=0, le=1, description="Payload over the rated one. [-]")
     training_trees: Count
     test_trees: Count

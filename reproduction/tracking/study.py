@@ -1,17 +1,19 @@
-"""The record of the comparison in MLflow: a run of the whole, and one below it for each model."""
+"""The record of the comparison in MLflow: a run of the whole, below it one for each model, below that each fold."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from reproduction.layout import Layout
 from reproduction.study.comparison import Comparison
 from reproduction.study.config import StudyParams
-from reproduction.tracking.store import config_hash, git_commit, recording
+from reproduction.tables import Row
+from reproduction.tracking.store import config_hash, data_hash, git_commit, log_data, recording
 
 
 def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) -> None:
-    """Record errors, parameters and the hyperparameters that each outer fold chose.
+    """Record parameters and errors, those of each outer fold too, and the hyperparameters that it chose.
 
     Args:
         mlflow: MLflow, connected to the store.
@@ -28,16 +30,32 @@ def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) 
         "config_hash": config_hash(params.compare_predictors),
         "dvc_stage": "compare_predictors",
     }
+    lock = layout.root / "studies/dvc.lock"
+    if lock.exists():
+        tags["lock_hash"] = data_hash(lock)
     with recording(layout), mlflow.start_run(run_name="nested cross-validation", tags=tags):
         mlflow.log_params(settings)
+        log_data(mlflow, layout.study_data_dir / "predictors.parquet")  # the motions, and what each model says of them
         mlflow.log_artifact(str(layout.study_tables_dir / "predictors.csv"), "tables")
         for model in dict.fromkeys(str(row["model"]) for row in found.rows):
             with mlflow.start_run(run_name=model, tags=tags | {"model": model}, nested=True):
                 mlflow.log_params({"model": model} | settings)
-                if chosen := found.chosen.get(model):
-                    mlflow.log_dict({"outer_folds": chosen}, "chosen.json")
-                mlflow.log_metrics(found.metrics.get(model, {}))
-                for row in found.rows:
-                    if row["model"] == model:
-                        figures = {k: float(str(v)) for k, v in row.items() if k.startswith("rel_")}
-                        mlflow.log_metrics({f"{row['target']}.{name}": value for name, value in figures.items()})
+                mlflow.log_metrics(found.metrics.get(model, {}) | _figures(found.rows, model=model))
+                for number in range(1, params.compare_predictors.outer_folds + 1):
+                    own = {"model": model, "fold": str(number)}
+                    with mlflow.start_run(run_name=f"{model}, fold {number}", tags=tags | own, nested=True):
+                        mlflow.log_params(own)
+                        if chosen := found.chosen.get(model):
+                            mlflow.log_params(chosen[number - 1])
+                        mlflow.log_metrics(_figures(found.fold_rows, model=model, fold=number))
+
+
+def _figures(rows: Sequence[Row], **key: object) -> dict[str, float]:
+    """Errors of the rows with a key, named as in reports/metrics.json."""
+    return {
+        f"{row['target']}.{name}": float(str(value))
+        for row in rows
+        if key.items() <= row.items()
+        for name, value in row.items()
+        if name.startswith("rel_")
+    }

@@ -66,6 +66,9 @@ class Rows:
         return text
 
 
+_CHUNK_BYTES = 2**16
+
+
 def unpacked(content: bytes, most_bytes: int) -> bytes:
     """Content of a gzip file.
 
@@ -73,16 +76,21 @@ def unpacked(content: bytes, most_bytes: int) -> bytes:
         ValueError: It is larger than `most_bytes`, or cut off.
         zlib.error: It is damaged or none.
     """
-    result, rest = b"", content
-    while rest:
-        engine = zlib.decompressobj(wbits=31)
-        result += engine.decompress(rest, most_bytes - len(result) + 1)
-        if len(result) > most_bytes:
-            raise ValueError(f"it unpacks to more than {most_bytes // 2**20} MB")
-        if not engine.eof:
-            raise ValueError("it is cut off")
-        rest = engine.unused_data
-    return result
+    parts: list[bytes] = []
+    left, engine = most_bytes, None
+    for place in range(0, len(content), _CHUNK_BYTES):
+        rest = content[place : place + _CHUNK_BYTES]  # in chunks: what follows a member is copied
+        while rest:
+            engine = engine or zlib.decompressobj(wbits=31)
+            parts.append(engine.decompress(rest, left + 1))
+            left -= len(parts[-1])
+            if left < 0:
+                raise ValueError(f"it unpacks to more than {most_bytes // 2**20} MB")
+            rest = engine.unused_data
+            engine = None if engine.eof else engine
+    if engine is not None:
+        raise ValueError("it is cut off")
+    return b"".join(parts)
 
 
 def decoded(content: bytes) -> str:

@@ -140,14 +140,21 @@ def _read_parquet(path: Path) -> tuple[LogTable, int]:
     from pyarrow import parquet
 
     try:
-        table = parquet.read_table(path)
+        schema = parquet.read_schema(path)
+        texts_of = [field.name for field in schema if pa.types.is_string(field.type)]
+        with parquet.ParquetFile(path, read_dictionary=texts_of) as file:  # else a text is repeated in every row
+            if 8 * file.metadata.num_rows * file.metadata.num_columns > MOST_LOG_BYTES:
+                raise ValueError(f"it holds {file.metadata.num_rows} rows, more than {MOST_LOG_BYTES // 2**20} MB")
+            table = file.read()
+            kinds = {field.name: field.type for field in schema}
     except pa.ArrowException as error:
         raise ValueError(error) from None
 
     def values(place: int) -> Array:
         column: Any = table.column(place)
         if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
-            raise InputError(f"the column holds {column.type}, not numbers", file=path, key=table.column_names[place])
+            kind = kinds[table.column_names[place]]
+            raise InputError(f"the column holds {kind}, not numbers", file=path, key=table.column_names[place])
         return np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=float)
 
     def texts(place: int) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.calibration.run_checks import check_runs
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule, rule_scores
 from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, Candidate, candidates
@@ -203,7 +204,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
         runs: Their measured runs.
 
     Raises:
-        InputError: Too few motions, or a run of a motion of no length.
+        InputError: Too few motions, or runs that cannot be of them.
     """
     durations = checked_durations(paths, runs)
     motions = int(np.unique(runs.motion).size)
@@ -244,12 +245,25 @@ def checked_durations(paths: MotionPaths, runs: MeasuredRuns) -> Durations:
     """Durations of runs as one data set.
 
     Raises:
-        InputError: A run is of a motion of no length.
+        InputError: The runs cannot be of these motions; see `robojoule.calibration.run_checks`.
     """
-    still = np.flatnonzero(~paths.moving[runs.motion])
-    if still.size:
-        raise InputError(f"row {still[0] + 1} is of a move that goes nowhere", file=runs.source, key="move")
+    check_runs(paths, runs)
     return Durations.of(runs.motion, runs.speed_limits[None], runs.duration_s[None], runs.resolution_s)
+
+
+def rule_doubts(error: float) -> tuple[str, ...]:
+    """What to know where the rule misses durations of motions left out by a relative error, a sentence each.
+
+    Args:
+        error: Of the rule, each motion left out in turn. [-]
+    """
+    if not 100.0 * error > POOR_ERROR_PERCENT:
+        return ()
+    return (
+        f"no rule of a controller explains the runs: durations of motions left out are missed by {100.0 * error:.0f} "
+        "%, so speed limits that were not measured are guesses; check the order of moves, speed limits, payload and "
+        "that every move stops at its end",
+    )
 
 
 def fit_all(paths: MotionPaths, durations: Durations, *, one_speed: bool) -> list[RuleFit]:

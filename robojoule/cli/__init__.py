@@ -116,7 +116,7 @@ def _run(words: list[str], command: str | None) -> int:
     parsed = _parser(command).parse_args(words)
     module = import_module(f"robojoule.cli.{parsed.command}")
     try:
-        with nullcontext() if parsed.command == "cell" else sign_of_life(f"robojoule {parsed.command}"):
+        with nullcontext() if getattr(parsed, "quiet", False) else sign_of_life(f"robojoule {parsed.command}"):
             result = module.run(parsed)
     except InputError as error:
         name = re.sub("_(s|w|percent)$", "", error.key or "")  # options leave the unit out

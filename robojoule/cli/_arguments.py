@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
     from robojoule.formats.vendor.trace import Beside
+    from robojoule.planning.pareto import TradeOff
     from robojoule.planning.plan import Plan
     from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
@@ -143,6 +144,17 @@ def add_slowest(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_speed_step(parser: argparse.ArgumentParser) -> None:
+    """Add --speed-step."""
+    parser.add_argument(
+        "--speed-step",
+        type=number,
+        default=None,
+        metavar="PERCENT",
+        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
+    )
+
+
 def add_measurements(parser: argparse.ArgumentParser) -> None:
     """Add the reserve, measured runs and caution."""
     parser.add_argument(
@@ -244,6 +256,22 @@ def add_diff(parser: argparse.ArgumentParser) -> None:
     """Add --diff."""
     parser.add_argument(
         "--diff", action="store_true", help="show what changes in the program's files, as a unified diff"
+    )
+
+
+def trade_off_of(arguments: argparse.Namespace, program: Program, robot: Robot, model: Path | None) -> TradeOff:
+    """Energy over cycle time by what `optimize` and `pareto` are both asked for."""
+    from robojoule.api import pareto
+
+    return pareto(
+        program,
+        robot,
+        allow_faster=arguments.allow_faster,
+        slowest_speed_limit_percent=arguments.slowest_speed_limit,
+        profiles=arguments.profiles,
+        model=model,
+        runs=arguments.runs,
+        cautious=arguments.cautious,
     )
 
 

@@ -10,14 +10,18 @@ from robojoule.cli._arguments import (
     add_bounds,
     add_diff,
     add_measurements,
+    add_model,
     add_program,
     add_robot,
+    add_speed_step,
     check_outputs,
     number,
     program_and_robot_of,
     save_plan,
     wishes_of,
 )
+from robojoule.cli._models import model_folder
+from robojoule.cli._output import payloads_kg
 from robojoule.cli.optimize import show
 
 __all__ = ["add_arguments", "run", "show"]
@@ -34,13 +38,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="cycle time asked for [s] (default: the one that the plan was made for, which YAML and JSON files say)",
     )
     parser.add_argument(
-        "--speed-step",
-        type=number,
-        default=None,
-        metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
+        "--given",
+        type=Path,
+        metavar="PROGRAM",
+        help="the program that the plan was made from: its speed limits bound the new plan (YAML and JSON files of "
+        "plans say them)",
     )
+    parser.add_argument(
+        "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
+    )
+    add_speed_step(parser)
     add_measurements(parser)
+    add_model(parser)
     add_bounds(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the program with the new plan here")
     add_diff(parser)
@@ -52,14 +61,22 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from robojoule.formats.registry import FORMATS
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
-    check_outputs(arguments, ["robot", "runs"], {"out": suffixes})
+    check_outputs(arguments, ["robot", "runs", "given"], {"out": suffixes})
     program, robot = program_and_robot_of(arguments)
-    plan = adjust(
-        program,
-        robot,
-        measured_cycle=arguments.measured_cycle,
-        **wishes_of(arguments),
-    )
+    given = None
+    if arguments.given is not None:
+        given, _ = program_and_robot_of(argparse.Namespace(**{**vars(arguments), "program": arguments.given}))
+    with model_folder(arguments.model) as model:
+        plan = adjust(
+            program,
+            robot,
+            measured_cycle=arguments.measured_cycle,
+            given=given,
+            allow_faster=arguments.allow_faster,
+            model=model,
+            **wishes_of(arguments),
+        )
     lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
-    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"payloads_kg": payloads_kg(program, robot), "program_notes": [*program.notes, *lost]}
+    told |= {"diff": plan.program.diff()} if arguments.diff else {}
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

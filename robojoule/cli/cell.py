@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 import signal
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, current_thread, main_thread
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import check_outputs, number, whole_number
@@ -21,11 +19,9 @@ if TYPE_CHECKING:
     from robojoule.formats.robot_cell import RobotCell
     from robojoule.planning.any_plan import AnyPlan
     from robojoule.planning.cells.plan import CellPlan
-    from robojoule.planning.cells.solve import Progress
     from robojoule.planning.robot_cells.cell_run import CellRun
     from robojoule.programs.cell import Cell
 
-_TOLD_EVERY_S = 1.0
 _STEPS_SHOWN = 400
 
 
@@ -51,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     solve.add_argument(
         "--out", type=Path, metavar="FILE", help="write the plans here (.json, .csv), programs of robots beside it"
     )
-    solve.add_argument("--quiet", action="store_true", help="do not tell on standard error how far the search is")
+    solve.add_argument("--quiet", action="store_true", help="do not tell on a terminal how far the search is")
     for sub in (check, gantt):
         sub.add_argument("plan", type=Path, metavar="PLAN", help="plans (.json, .csv), as `cell solve` writes them")
     gantt.add_argument("--plot", type=Path, required=True, metavar="FILE", help="where to draw (.svg)")
@@ -114,7 +110,6 @@ def _planned(cell: Cell | RobotCell, arguments: argparse.Namespace, stopped: Eve
         "time_limit_s": arguments.time_limit,
         "threads": arguments.threads,
         "seed": arguments.seed,
-        "progress": None if arguments.quiet else _Told(),
         "stop": stopped.is_set,
     }
     optional = {"gap_percent": arguments.gap, "profiles": arguments.profiles}
@@ -205,22 +200,6 @@ def _plans(arguments: argparse.Namespace) -> list[tuple[Cell, CellPlan]]:
                 f"the plan is for cell {shown(plan.cell)}", file=arguments.plan, allowed=", ".join(list(cells)[:20])
             )
     return [(cells[plan.cell], plan) for plan in plans]
-
-
-class _Told:
-    """Tells on standard error how far a search is, about once a second."""
-
-    def __init__(self) -> None:
-        self._next = 0.0
-
-    def __call__(self, progress: Progress) -> None:
-        if monotonic() < self._next or sys.stderr is None:
-            return
-        self._next = monotonic() + _TOLD_EVERY_S
-        best = "no plan yet" if math.isinf(progress.energy_j) else f"{progress.energy_j:.1f} J"
-        gap = "" if math.isinf(progress.energy_j) else f", gap {progress.gap_percent:.3f} %"
-        text = f"{progress.cell}: {progress.runtime_s:6.1f} s  {best}, bound {progress.bound_j:.1f} J{gap}"
-        print(text, file=sys.stderr, flush=True)
 
 
 @contextmanager

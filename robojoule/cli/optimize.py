@@ -15,16 +15,17 @@ from robojoule.cli._arguments import (
     add_program,
     add_robot,
     add_slowest,
+    add_speed_step,
     add_year,
     check_outputs,
-    number,
     operation_of,
     program_and_robot_of,
     save_plan,
+    trade_off_of,
     wishes_of,
 )
 from robojoule.cli._models import model_folder
-from robojoule.cli._output import show_diff, show_head, show_loads, show_moves, show_outlook, show_written
+from robojoule.cli._output import payloads_kg, show_diff, show_head, show_loads, show_moves, show_outlook, show_written
 from robojoule.year import yearly
 
 if TYPE_CHECKING:
@@ -48,13 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-faster", action="store_true", help="let moves be faster than the program's own speed limits"
     )
-    parser.add_argument(
-        "--speed-step",
-        type=number,
-        default=None,
-        metavar="PERCENT",
-        help="step of speed limits that the controller takes [%%] (default: 1; in RAPID and URScript, 0.1)",
-    )
+    add_speed_step(parser)
     add_slowest(parser)
     add_measurements(parser)
     add_profiles(parser)
@@ -74,12 +69,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan, and write what is asked for."""
     from robojoule.api import optimize
+    from robojoule.documents import all_or_none
     from robojoule.formats.registry import FORMATS
+    from robojoule.planning.section_plans import refuse_sections
 
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs"], {"out": suffixes, "page": [".html"]})
     operation = operation_of(arguments)
     program, robot = program_and_robot_of(arguments)
+    if arguments.page is not None:
+        refuse_sections(program.for_robot(robot), "a page")
     with model_folder(arguments.model) as model:
         plan = optimize(
             program,
@@ -90,29 +89,30 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             model=model,
             **wishes_of(arguments),
         )
-    page = _page(arguments, plan, program, robot, operation) if arguments.page is not None else None
-    lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
-    if page is not None:
-        page.save(arguments.page)
+        page = None if arguments.page is None else _page(arguments, plan, program, robot, operation, model)
+    with all_or_none():
+        lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
+        if page is not None:
+            page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
-    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"payloads_kg": payloads_kg(program, robot), "program_notes": [*program.notes, *lost]}
+    told |= {"diff": plan.program.diff()} if arguments.diff else {}
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 
-def _page(arguments: argparse.Namespace, plan: Plan, program: Program, robot: Robot, operation: Operation) -> Report:
+def _page(
+    arguments: argparse.Namespace,
+    plan: Plan,
+    program: Program,
+    robot: Robot,
+    operation: Operation,
+    model: Path | None,
+) -> Report:
     """The page of a plan; its trade-off stands on what the plan stands on."""
-    from robojoule.api import pareto, report
+    from robojoule.api import report
 
-    curve = pareto(
-        program,
-        robot,
-        allow_faster=arguments.allow_faster,
-        profiles=arguments.profiles,
-        runs=arguments.runs,
-        cautious=arguments.cautious,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-    )
+    curve = trade_off_of(arguments, program, robot, model)
     return report(plan, program, robot, trade_off=curve, operation=operation)
 
 

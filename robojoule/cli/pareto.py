@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robojoule.cli._arguments import (
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -16,8 +17,10 @@ from robojoule.cli._arguments import (
     add_slowest,
     check_outputs,
     program_and_robot_of,
+    trade_off_of,
 )
-from robojoule.cli._output import show_head, show_loads, show_written
+from robojoule.cli._models import model_folder
+from robojoule.cli._output import payloads_kg, show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
 
@@ -37,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_slowest(parser)
     add_profiles(parser)
+    add_model(parser)
     add_runs(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every breakpoint of the curve here")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw energy and marginal power here (.svg)")
@@ -44,21 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compute the curve, and write what is asked for."""
-    from robojoule.api import pareto
     from robojoule.documents import write_files
 
     check_outputs(arguments, ["program", "robot", "runs"], {"csv": [".csv"], "plot": [".svg"]})
     program, robot = program_and_robot_of(arguments)
-    found = pareto(
-        program,
-        robot,
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
-        runs=arguments.runs,
-        cautious=arguments.cautious,
-    )
-    result = found.to_dict(until=arguments.until)
+    with model_folder(arguments.model) as model:
+        result = trade_off_of(arguments, program, robot, model).to_dict(until=arguments.until)
     contents: dict[Path, str | bytes] = {}
     if arguments.csv is not None:
         text = io.StringIO()
@@ -76,6 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
         contents[arguments.plot] = drawing_of(result)
     write_files(contents)
+    result["payloads_kg"] = payloads_kg(program, robot)
     return {**result, **{name: str(path) if (path := getattr(arguments, name)) else None for name in ("csv", "plot")}}
 
 

@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import (
+    add_model,
     add_profiles,
     add_program,
     add_robot,
@@ -17,9 +18,12 @@ from robojoule.cli._arguments import (
     robot_of,
     whole_number,
 )
+from robojoule.cli._models import model_folder
 from robojoule.errors import InputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from robojoule.profile.energy_profile import EnergyProfile
 
 
@@ -36,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--points", type=whole_number, default=19, metavar="N", help="speed limits from 10 to 100 %% (default: 19)"
     )
     add_profiles(parser)
+    add_model(parser)
     add_runs(parser, with_caution=False)
     parser.add_argument("--plot", metavar="FILE", help="draw where the energy goes over the duration (.svg)")
 
@@ -43,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Find the profile, and draw it if asked for."""
     check_outputs(arguments, ["program", "robot", "runs"], {"plot": [".svg"]})
-    profile = _profile(arguments)
+    with model_folder(arguments.model) as model:
+        profile = _profile(arguments, model)
     if arguments.plot:
         from robojoule.documents import write_text
         from robojoule.plots.energy import drawing_of
@@ -55,10 +61,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return profile.to_dict()
 
 
-def _profile(arguments: argparse.Namespace) -> EnergyProfile:
+def _profile(arguments: argparse.Namespace, model: Path | None) -> EnergyProfile:
     from robojoule.api import energy_profile
 
-    settings = {"points": arguments.points, "profiles": arguments.profiles}
+    settings = {"points": arguments.points, "profiles": arguments.profiles, "model": model}
     if arguments.program is not None:
         for option, value in (("--from", arguments.start), ("--to", arguments.end)):
             if value is not None:
@@ -84,16 +90,28 @@ def show(result: dict[str, Any]) -> None:
     by = f", {result['profiles']} profile" if result["profiles"] != "simulated" else ""
     rule = f" ({result['rule']})" if result["rule"] else ""
     print(f"{result['robot']}, payload {result['payload_kg']:g} kg{by}{rule}")
-    has_interval = result["energy_low_j"] is not None
-    print("speed limit [%]  duration [s]  energy [J]" + ("  90 % interval [J]" if has_interval else ""))
+    durations = _with_interval(result, "duration", "s", 4, 12)
+    energies = _with_interval(result, "energy", "j", 1, 10)
+    print(f"speed limit [%]{durations[0]}{energies[0]}")
     for row, limit in enumerate(result["speed_limit_percent"]):
-        interval = f"{result['energy_low_j'][row]:9.1f}{result['energy_high_j'][row]:10.1f}" if has_interval else ""
         mark = "  measured" if limit in result["measured_speed_limit_percent"] else ""
         mark += "  optimum" if limit == result["optimal_speed_limit_percent"] else ""
-        print(f"{limit:15.1f}  {result['duration_s'][row]:12.4f}  {result['energy_j'][row]:10.1f}{interval}{mark}")
+        print(f"{limit:15.1f}{durations[row + 1]}{energies[row + 1]}{mark}")
     print(f"saving at the optimum: {result['energy_saving_j']:.1f} J against full speed")
     print(
         f"idle power: {result['idle_power_start_w']:.1f} W at the start, {result['idle_power_end_w']:.1f} W at the end"
     )
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def _with_interval(result: dict[str, Any], name: str, unit: str, digits: int, width: int) -> list[str]:
+    """Header and cells of a column, with the interval where there is one."""
+    values, low, high = (result[f"{key}_{unit}"] for key in (name, f"{name}_low", f"{name}_high"))
+    shown = f"[{unit.upper() if unit == 'j' else unit}]"
+    cells = [f"  {name} {shown}", *(f"  {value:{width}.{digits}f}" for value in values)]
+    if low is None:
+        return cells
+    ends = [f"{first:{width - 1}.{digits}f}{last:{width - 2}.{digits}f}" for first, last in zip(low, high, strict=True)]
+    heads = f"90 % interval {shown}"
+    return [text + end.rjust(len(heads) + 2) for text, end in zip(cells, [heads, *ends], strict=True)]

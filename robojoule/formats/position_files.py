@@ -131,10 +131,13 @@ class PositionFiles:
         if angles != (start.cells.get("angles") or ANGLES[0]):
             columns["angles"] = [angles, *[None if "angles" in start.cells else ""] * len(moves)]
         for key in PLANNED:
-            wanted = [float(getattr(move, key)) for move in moves]
+            wanted = [getattr(move, key) for move in moves]
             there = [row.setting(key) for row in rows]
             if wanted != there:
-                cells = [None if new == old else number_text(new) for new, old in zip(wanted, there, strict=True)]
+                cells = [
+                    None if new == old else "" if new is None else number_text(float(new))
+                    for new, old in zip(wanted, there, strict=True)
+                ]
                 columns[key] = [None if key in start.cells else "", *cells]
         return text_with_columns(text, columns)
 
@@ -269,6 +272,8 @@ def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:
             raise refuse(f"joint positions cannot hold the {operation.type} operation '{operation.name}'")
         if not operation.is_fine:
             raise refuse(f"joint positions cannot hold the coarse zone of move '{operation.name}'")
+        if operation.tool_path is not None:
+            raise refuse(f"joint positions cannot hold the path of move '{operation.name}'")
         if operation.speed_group is not None:
             raise refuse(f"joint positions cannot hold the speed group of move '{operation.name}'")
         if len(operation.target_rad) != len(tree.start_rad):

@@ -104,7 +104,7 @@ def _edits(text: str, node: yaml.MappingNode, move: MoveOperation) -> Iterator[_
             if wanted != default:
                 new[name] = number_text(wanted)
             continue
-        if not _reads_as(entries[name][1].value, wanted):
+        if wanted is not None and not _reads_as(entries[name][1].value, wanted):
             yield _Edit(*_span(text, *entries[name]), number_text(wanted))
     if new:
         yield _added(text, node, new)

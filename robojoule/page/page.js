@@ -1,10 +1,40 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const plan = data.plan, year = data.yearly, trade = data.trade_off, moves = data.movements;
+
+/* Whole units and differences, as `robojoule.page.thinning.in_steps` writes them. */
+function summed(steps, unit) {
+  let sum = 0;
+  return steps.map((step) => (sum += step) * unit);
+}
+const SECOND = 1e-5, JOULE = 1e-3, WATT = 1, PERCENT = 0.01, SPAN = 2000;
+trade.times = summed(trade.cycle_times, SECOND);
+trade.joules = summed(trade.energies, JOULE);
+trade.ends = summed(trade.lengths, SECOND);
+trade.least = trade.least_durations.map((one) => one * SECOND);
+trade.takers = trade.ends.slice(1).map((_, k) => parseInt(trade.movements.substr(k * trade.width, trade.width), 36));
+for (const cycle of [data.given, data.planned]) {
+  const ends = summed(cycle.ends, SECOND), kinds = { m: "move", w: "wait", p: "process" };
+  cycle.steps = ends.map((end, k) => ({ kind: kinds[cycle.kinds[k]], name: cycle.names[cycle.of[k]],
+    start: k ? ends[k - 1] : 0, end, power: cycle.means[k] }));
+  cycle.time = summed(cycle.times, SECOND);
+  cycle.power = summed(cycle.powers, WATT);
+}
+for (const move of moves) {
+  [move.limit, move.duration, move.waitBefore, move.waitAfter, move.energy] = move.plan;
+  const durations = summed(move.limits[0], SECOND);
+  move.speeds = [durations.map((one) => 1 / Math.max(one, 1e-9)), summed(move.limits[1], PERCENT)];
+}
+/* Speed limits are nearly linear in the inverse of the duration. */
+const limitFor = (move, duration) => interpolated(1 / Math.max(duration, 1e-9), ...move.speeds);
 const COLORS = { move: "#0072b2", process: "#009e73", wait: "#c9ced6", before: "#6b7280", accent: "#d55e00" };
 const byId = (id) => document.getElementById(id);
-const fixed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
-const whole = (value) => Math.round(value).toLocaleString("en-GB").replace("-", "\u2212");
+const rounded = (value, digits) => Number(value.toFixed(digits)) || 0; // no minus before nothing
+const fixed = (value, digits) => rounded(value, digits).toFixed(digits).replace("-", "\u2212");
+const grouped = (value, digits) => rounded(value, digits).toLocaleString("en-GB", { minimumFractionDigits: digits,
+  maximumFractionDigits: digits }).replace("-", "\u2212");
+const whole = (value) => grouped(value, 0);
+const fixed2 = (value) => Number(value.toFixed(2));
 const figures = (value) => (Math.abs(value) >= 100 ? whole(value) : fixed(value, Math.abs(value) >= 10 ? 1 : 2));
 
 function element(name, text, attributes = {}) {
@@ -35,17 +65,16 @@ function interpolated(x, xs, ys) {
 
 /* The best plan for a cycle time: energy, worth of a second, and how long each movement takes. */
 function bestPlan(cycleTime) {
-  const times = trade.cycle_times_s, last = times.length - 1, durations = trade.least_durations_s.slice();
-  for (let k = 0; k < last && times[k] < cycleTime; k++) {
-    durations[trade.movements[k]] += Math.min(cycleTime, times[k + 1]) - times[k];
+  const times = trade.times, joules = trade.joules, ends = trade.ends, durations = trade.least.slice();
+  for (let k = 0; k < trade.takers.length && ends[k] < cycleTime; k++) {
+    durations[trade.takers[k]] += Math.min(cycleTime, ends[k + 1]) - ends[k];
   }
-  const waited = Math.max(cycleTime - times[last], 0) * trade.marginal_powers_w[last];
   let step = 0;
-  while (step < last && times[step + 1] <= cycleTime) step++;
+  while (step < times.length - 2 && times[step + 1] <= cycleTime) step++;
   return {
-    energy: interpolated(cycleTime, times, trade.energies_j) + waited,
-    fastest: trade.energies_j[0] + (cycleTime - times[0]) * trade.marginal_powers_w[last],
-    marginal: trade.marginal_powers_w[step],
+    energy: interpolated(cycleTime, times, joules),
+    fastest: joules[0] + (cycleTime - times[0]) * trade.waiting_power_w,
+    marginal: (joules[step + 1] - joules[step]) / (times[step + 1] - times[step]),
     durations,
   };
 }
@@ -56,7 +85,7 @@ function heading() {
     `${fixed(plan.cycle_time_s, 3)} s`;
   const less = plan.saving_percent >= 0 ? "less" : "more";
   byId("headline").textContent = `${fixed(Math.abs(plan.saving_percent), 1)} % ${less} energy: ` +
-    `${whole(plan.energy_j)} J per cycle, not ${whole(plan.energy_given_j)} J`;
+    `${whole(plan.energy_j)}\u00a0J per cycle, not ${whole(plan.energy_given_j)}\u00a0J`;
   const tiles = [
     [`${figures(year.saved_kwh)} kWh`, `saved a year, in ${whole(year.hours_per_year)} h of production`],
     [`${figures(year.saved_cost)} ${year.currency}`, `saved a year, at ${fixed(year.price_per_kwh, 2)} ${year.currency}/kWh`],
@@ -74,29 +103,27 @@ function heading() {
 }
 
 function gantt() {
-  const width = 900, row = 34, left = 56, scale = (width - left - 8) / plan.cycle_time_s;
-  const ends = [data.given, data.planned].map((one) => one.steps[one.steps.length - 1].end_s);
-  const fit = Math.min(1, plan.cycle_time_s / Math.max(...ends));
-  const picture = drawn("svg", { viewBox: `0 0 ${width} ${2 * row + 6}` });
-  [["before", data.given], ["after", data.planned]].forEach(([label, cycle], k) => {
-    picture.append(drawn("text", { x: 0, y: k * row + 20 }, label));
+  const width = 1000, height = 26, longest = Math.max(...[data.given, data.planned].map((one) => one.steps.at(-1).end));
+  for (const [label, cycle] of [["before", data.given], ["after", data.planned]]) {
+    const picture = drawn("svg", { viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none" });
     for (const step of cycle.steps) {
-      const bar = drawn("rect", { x: left + step.start_s * scale * fit, y: k * row + 4, height: row - 10,
-        width: Math.max((step.end_s - step.start_s) * scale * fit, 0.5), fill: COLORS[step.kind], stroke: "#fff",
-        "stroke-width": 0.7 });
-      bar.append(drawn("title", {}, `${step.kind} ${step.name}: ${fixed(step.end_s - step.start_s, 3)} s, ` +
-        `${whole(step.power_w)} W in the mean`));
+      const wide = ((step.end - step.start) / longest) * width, gap = Math.min(1, wide / 5);
+      const bar = drawn("rect", { x: (step.start / longest) * width, y: step.kind === "wait" ? 7 : 0, fill: COLORS[step.kind],
+        height: step.kind === "wait" ? height - 14 : height, width: Math.max(wide - gap, 0.3) });
+      bar.append(drawn("title", {}, `${step.kind} ${step.name}: ${fixed(step.end - step.start, 3)} s, ` +
+        `${whole(step.power)} W in the mean`));
       picture.append(bar);
     }
-  });
-  byId("gantt").append(picture);
+    const row = element("div", undefined, { class: "cycle" });
+    row.append(element("span", label), picture);
+    byId("gantt").append(row);
+  }
 }
 
 /* Two traces on one common time axis, for uPlot. */
 function joined(first, second) {
-  const times = [...new Set([...first.time_s, ...second.time_s])].sort((a, b) => a - b);
-  const on = (trace) => times.map((t) => (t > trace.time_s[trace.time_s.length - 1] ? null :
-    interpolated(t, trace.time_s, trace.power_w)));
+  const times = [...new Set([...first.time, ...second.time])].sort((a, b) => a - b);
+  const on = (trace) => times.map((t) => (t > trace.time.at(-1) ? null : interpolated(t, trace.time, trace.power)));
   return [times, on(first), on(second)];
 }
 
@@ -123,12 +150,9 @@ function power() {
 
 let now = plan.cycle_time_s, curve;
 function tradeOff() {
-  const times = trade.cycle_times_s.slice(), energies = trade.energies_j.slice(), last = times.length - 1;
-  const end = Math.max(times[trade.best] + 0.15 * (times[trade.best] - times[0]), 1.05 * plan.cycle_time_s, times[0] * 1.05);
-  const from = times[0];
-  if (end > times[last]) { times.push(end); energies.push(bestPlan(end).energy); }
+  const times = trade.times, energies = trade.joules, from = times[0], end = times.at(-1);
   const slider = byId("cycle-time");
-  slider.min = from; slider.max = end; slider.value = Math.min(Math.max(now, from), end);
+  slider.min = from; slider.max = end; slider.step = (end - from) / 1000; slider.value = Math.min(Math.max(now, from), end);
   const mark = (u, time, energy, color, square) => {
     const x = u.valToPos(time, "x", true), y = u.valToPos(energy, "y", true), r = 5 * devicePixelRatio;
     u.ctx.beginPath();
@@ -136,9 +160,7 @@ function tradeOff() {
     else u.ctx.arc(x, y, r, 0, 2 * Math.PI);
     u.ctx.closePath(); u.ctx.fillStyle = color; u.ctx.fill();
   };
-  const shown = times.filter((t) => t <= end).length;
-  const columns = [times.slice(0, shown + 1), energies.slice(0, shown + 1)];
-  columns.push(columns[0].map((t) => bestPlan(t).fastest));
+  const columns = [times, energies, times.map((t) => energies[0] + (t - from) * trade.waiting_power_w)];
   curve = chart("curve", 280, {
     scales: { x: { time: false, range: [from, end] } },
     axes: [axis("cycle time [s]"), { ...axis("energy per cycle [J]"), size: 72 }],
@@ -155,49 +177,49 @@ function tradeOff() {
 
 function movesTable() {
   const body = document.querySelector("#moves tbody");
-  plan.moves.forEach((move, k) => {
-    const row = element("tr");
-    row.append(element("td", move.name), element("td", `${fixed(moves[k].given_percent, 0)} %`),
-      element("td", `${Number(move.speed_limit_percent.toFixed(2))} %`), element("td", `${fixed(move.duration_s, 3)} s`),
-      element("td", `${fixed(move.wait_before_s, 3)} s`), element("td", `${fixed(move.wait_after_s, 3)} s`),
-      element("td", `${whole(move.energy_j)} J`), element("td", "", { class: "limit" }),
+  for (const move of moves) {
+    const row = element("tr"), wait = (seconds) => (seconds > 0 ? `${fixed(seconds, 3)} s` : "\u2013");
+    row.append(element("td", move.name), element("td", `${Number(move.given_percent.toFixed(1))} %`),
+      element("td", `${Number(move.limit.toFixed(2))} %`), element("td", `${fixed(move.duration, 3)} s`),
+      element("td", wait(move.waitBefore)), element("td", wait(move.waitAfter)),
+      element("td", `${whole(move.energy)} J`), element("td", "", { class: "limit" }),
       element("td", "", { class: "duration" }));
     body.append(row);
-  });
+  }
 }
 
 const dots = [];
 function profiles() {
-  const width = 220, height = 130, left = 8, top = 8, right = 8, bottom = 20;
-  moves.forEach((move, k) => {
-    const xs = move.profile_durations_s, ys = move.profile_energies_j, taken = plan.moves[k].duration_s;
-    const given = interpolated(move.given_percent, move.limit_percent.slice().reverse(),
-      move.limit_durations_s.slice().reverse());
-    /* A profile at very low speed goes on for long: what is shown ends soon after its least and all marked points. */
-    const best = xs[ys.indexOf(Math.min(...ys))];
-    const x1 = Math.min(xs[xs.length - 1], Math.max(2.5 * best, 1.2 * taken, 1.2 * given));
-    const inside = ys.filter((_, i) => xs[i] <= x1), y0 = Math.min(...inside), y1 = Math.max(...inside, y0 + 1e-9);
-    const x = (v) => left + ((v - xs[0]) / Math.max(x1 - xs[0], 1e-9)) * (width - left - right);
-    const y = (v) => top + ((y1 - v) / (y1 - y0)) * (height - top - bottom);
-    const picture = drawn("svg", { viewBox: `0 0 ${width} ${height}` });
-    const points = xs.map((v, i) => [v, ys[i]]).filter(([v]) => v <= x1).map(([a, b]) => `${x(a)},${y(b)}`);
+  const width = 220, height = 104, left = 6, top = 6, right = 6, bottom = 6;
+  for (const move of moves) {
+    const shown = move.profile;
+    if (!shown) continue;
+    const xs = summed(shown.x, (width - left - right) / SPAN).map((one) => left + one);
+    const ys = summed(shown.y, (height - top - bottom) / SPAN).map((one) => height - bottom - one);
+    const picture = drawn("svg", { viewBox: `0 0 ${width} ${height}`, role: "img",
+      "aria-label": `Energy over duration of ${move.name}` });
+    const at = (time) => {
+      const x = left + ((time - shown.from_s) / Math.max(shown.to_s - shown.from_s, 1e-9)) * (width - left - right);
+      return { cx: Math.min(Math.max(x, left), width - right), cy: interpolated(x, xs, ys) };
+    };
     picture.append(drawn("rect", { x: left, y: top, width: width - left - right, height: height - top - bottom,
       fill: "none", stroke: "#dfe3e8" }));
-    picture.append(drawn("polyline", { points: points.join(" "), fill: "none", stroke: COLORS.move, "stroke-width": 1.5 }));
-    const at = (time) => ({ cx: x(time), cy: y(interpolated(time, xs, ys)) });
-    picture.append(drawn("circle", { ...at(given), r: 4.5, fill: "none", stroke: COLORS.before, "stroke-width": 2 }));
-    picture.append(drawn("circle", { ...at(taken), r: 4, fill: COLORS.move }));
-    const dot = drawn("path", { fill: COLORS.accent });
+    picture.append(drawn("polyline", { points: xs.map((x, k) => `${fixed2(x)},${fixed2(ys[k])}`).join(" "), fill: "none",
+      stroke: COLORS.move, "stroke-width": 1.5 }));
+    picture.append(drawn("circle", { ...at(move.given_s), r: 4.5, fill: "none", stroke: COLORS.before, "stroke-width": 2 }));
+    picture.append(drawn("circle", { ...at(move.duration), r: 4, fill: COLORS.move }));
+    const dot = drawn("path", { fill: COLORS.accent }), k = moves.indexOf(move);
     picture.append(dot);
-    dots.push((time) => { const p = at(time); dot.setAttribute("d", `M${p.cx} ${p.cy - 5}l5 5l-5 5l-5 -5z`); });
-    picture.append(drawn("text", { x: left, y: height - 5 }, `${fixed(xs[0], 2)} s`));
-    picture.append(drawn("text", { x: width - right, y: height - 5, "text-anchor": "end" }, `${fixed(x1, 2)} s`));
-    picture.append(drawn("text", { x: width - right - 4, y: top + 12, "text-anchor": "end" },
-      `${whole(y0)} to ${whole(y1)} J`));
-    const figure = element("figure");
-    figure.append(picture, element("figcaption", move.name));
+    dots.push((durations) => {
+      const p = at(durations[k]);
+      dot.setAttribute("d", `M${p.cx} ${p.cy - 5}l5 5l-5 5l-5 -5z`);
+    });
+    const figure = element("figure"), caption = element("figcaption");
+    caption.append(element("b", move.name), element("br"), `${whole(shown.least_j)} to ${whole(shown.most_j)} J`,
+      element("br"), `${fixed(shown.from_s, 2)} to ${fixed(shown.to_s, 2)} s`);
+    figure.append(caption, picture);
     byId("profiles").append(figure);
-  });
+  }
 }
 
 const PARTS = { base_j: "controller", drive_active_j: "drives being active", inverter_j: "inverter loss",
@@ -225,6 +247,7 @@ function assumptions() {
       "by this model of the robot and its controller.");
     add(`The trade-off is within ${trade.largest_gap_percent.toPrecision(2)} % of the least energy by this model.`);
   }
+  for (const text of data.shortened) add(`This program is long: ${text}.`);
   if (plan.reserve_s) add(`The plan keeps ${fixed(plan.reserve_s, 3)} s in reserve.`);
   const outlook = plan.outlook;
   if (outlook && outlook.saving_low_percent !== null) {
@@ -246,18 +269,22 @@ function assumptions() {
 function update() {
   const best = bestPlan(now), saving = best.fastest > 0 ? 100 * (1 - best.energy / best.fastest) : 0;
   byId("at-time").textContent = `${fixed(now, 3)} s`;
-  byId("at-energy").textContent = `${fixed(best.energy, 1)} J`;
+  byId("at-energy").textContent = `${grouped(best.energy, 1)} J`;
   byId("at-saving").textContent = `${fixed(saving, 1)} %`;
-  byId("at-marginal").textContent = `${fixed(best.marginal, 0)} J`;
+  byId("at-marginal").textContent = `${whole(best.marginal)} J`;
+  byId("cycle-time").setAttribute("aria-valuetext", `${fixed(now, 3)} s, ${whole(best.energy)} J`);
   document.querySelectorAll("#moves tbody tr").forEach((row, k) => {
-    const limit = interpolated(best.durations[k], moves[k].limit_durations_s, moves[k].limit_percent);
-    row.querySelector(".limit").textContent = `${fixed(limit, 1)} %`;
+    row.querySelector(".limit").textContent = `${fixed(limitFor(moves[k], best.durations[k]), 1)} %`;
     row.querySelector(".duration").textContent = `${fixed(best.durations[k], 3)} s`;
-    dots[k](best.durations[k]);
   });
+  for (const move of dots) move(best.durations);
   curve.redraw(false);
 }
 
 heading(); gantt(); power(); movesTable(); profiles(); tradeOff(); parts(); assumptions(); update();
 const fit = () => charts.forEach(([made, size]) => made.setSize(size()));
 addEventListener("resize", fit);
+addEventListener("beforeprint", () => { // a sheet is narrower than most windows
+  charts.forEach(([made, size]) => made.setSize({ ...size(), width: Math.min(size().width, 640) }));
+});
+addEventListener("afterprint", fit);

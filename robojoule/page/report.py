@@ -14,6 +14,7 @@ from robojoule.arrays import Array
 from robojoule.documents import check_output, write_text
 from robojoule.errors import InputError
 from robojoule.inputs import as_path
+from robojoule.page.packing import DETAILS, packed, slider_end_s
 from robojoule.page.trace import CycleTrace, Step, cycle_trace
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun
@@ -26,7 +27,7 @@ from robojoule.year import Yearly
 SUFFIXES = (".html",)
 _FOLDER = Path(__file__).parent
 _PROFILE_POINTS = 33
-_DRAWN_POINTS = 4000  # of all profiles together: the page stays small
+MOST_BYTES = 480_000  # of a page
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,6 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """What the page shows as plain data, ready for JSON."""
         curve = self.trade_off.curve
-        most = max(_DRAWN_POINTS // max(len(self.trade_off.profiles), 1), _PROFILE_POINTS)
         return {
             "plan": self.plan.to_dict(),
             "yearly": self.yearly.to_dict(),
@@ -77,8 +77,8 @@ class Report:
             "movements": [
                 {
                     "name": name,
-                    "profile_durations_s": _digits(_thinned(profile.durations_s, most), 6),
-                    "profile_energies_j": _digits(_thinned(profile.energies_j, most), 6),
+                    "profile_durations_s": _digits(profile.durations_s),
+                    "profile_energies_j": _digits(profile.energies_j),
                     "limit_durations_s": _digits(table[0], 6),
                     "limit_percent": _digits(100.0 * table[1], 6),
                     "given_percent": float(100.0 * given),
@@ -95,15 +95,15 @@ class Report:
             "notes": [str(note) for note in self.plan.program.notes],
         }
 
-    def _by_movement(self) -> tuple[Any, ...]:
-        return self.plan.run.names, self.trade_off.profiles, self.speed_limits, self.given_speed_limits
-
     def page(self) -> str:
-        """The page as HTML text; it loads nothing."""
-        data = json.dumps(self.to_dict(), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+        """The page as HTML text; it loads nothing, and says so where the program is too long to show everything."""
         text = (_FOLDER / "page.html").read_text(encoding="utf-8")
         for name in ("uplot.min.css", "page.css", "uplot.min.js", "page.js"):
             text = text.replace(f"/*{name}*/", (_FOLDER / name).read_text(encoding="utf-8").strip())
+        for detail in DETAILS:
+            data = json.dumps(packed(self, detail), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+            if len(text) + len(data) <= MOST_BYTES:
+                break
         return text.replace("/*data*/", data)
 
     def save(self, path: str | Path) -> None:
@@ -147,7 +147,7 @@ def report_of(
         given=_until(before, plan.cycle_time_s, plan.energy_given_j - given[1].energy_j),
         planned=after,
         given_speed_limits=given[1].speed_limits,
-        speed_limits=_speed_limits(batch, trade_off),
+        speed_limits=_speed_limits(batch, trade_off, _until_s(plan, trade_off, given[1])),
         figures=_figures(batch.robot),
     )
 
@@ -168,11 +168,18 @@ def _until(trace: CycleTrace, cycle_time_s: float, waited_j: float) -> CycleTrac
     )
 
 
-def _speed_limits(batch: TreeBatch, trade_off: TradeOff) -> tuple[Array, ...]:
-    """Speed limits over durations of each movement, by the timing of the batch."""
+def _until_s(plan: Plan, trade_off: TradeOff, given: CycleRun) -> Array:
+    """The longest duration of each movement that the page shows, shape (V,). [s]"""
+    slowest = trade_off.curve.plan_durations_s(slider_end_s(trade_off.curve, plan.cycle_time_s))[0]
+    return np.asarray(1.01 * np.maximum(slowest, np.maximum(plan.run.durations_s, given.durations_s)))
+
+
+def _speed_limits(batch: TreeBatch, trade_off: TradeOff, until_s: Array) -> tuple[Array, ...]:
+    """Speed limits over durations of each movement, up to given ones, by the timing of the batch."""
     shares = np.linspace(0.0, 1.0, _PROFILE_POINTS)
     first = np.array([profile.d_min_s for profile in trade_off.profiles])
-    last = np.array([profile.d_max_s for profile in trade_off.profiles])
+    longest = np.array([profile.d_max_s for profile in trade_off.profiles])
+    last = np.clip(until_s, first, np.maximum(first, longest))
     durations = first[:, np.newaxis] * (np.maximum(last, 1e-12) / np.maximum(first, 1e-12))[:, np.newaxis] ** shares
     durations = np.clip(durations, first[:, np.newaxis], last[:, np.newaxis])
     fastest = batch.planned.minimum_durations()
@@ -196,12 +203,6 @@ def _trace(trace: CycleTrace) -> dict[str, Any]:
         "power_w": _digits(trace.power_w, 5),
         "parts_j": trace.parts_j,
     }
-
-
-def _thinned(values: Array, most: int) -> Array:
-    """Values at no more places than that, the first and the last one among them."""
-    count = len(values)
-    return values if count <= most else values[np.linspace(0, count - 1, most).round().astype(int)]
 
 
 def _digits(values: Array | Sequence[float], digits: int = 9) -> list[float]:

@@ -11,6 +11,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, standing_energies_j
 from robojoule.profile.energy_profile import PARTS
 from robojoule.programs.operation_tree import MoveOperation, OperationTree, ProcessOperation, WaitOperation
+from robojoule.progress import told
 
 _POINTS = 3000  # of the power of a whole cycle, all motions together
 _LEAST_POINTS, _MOST_POINTS = 8, 120  # of one motion
@@ -71,7 +72,7 @@ def cycle_trace(batch: TreeBatch, tree: OperationTree, run: CycleRun, *, sampled
     powers: list[Array] = []
     limits = np.array([move.speed_limit_percent / 100.0 for move in tree.moves()])
     motion = 0
-    for step in steps:
+    for step in told("power over the cycle", steps):
         time, power = np.array([step.start_s, step.end_s]), np.full(2, step.power_w)
         if step.kind == "move":
             if sampled and step.end_s > step.start_s:

@@ -13,10 +13,10 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.optimization import RELATIVE_GAP, Wish, profile_source, required_s
-from robojoule.planning.plan import Plan, plan_warnings, standby_until, waiting_until
+from robojoule.planning.plan import Plan, plan_of, plan_warnings
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.whole_speeds import whole_speed_plan
+from robojoule.planning.whole_speeds import Pace, whole_speed_plan
 from robojoule.planning.writeback import write_plan
 from robojoule.programs.operation_tree import OperationTree
 
@@ -47,48 +47,33 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         raise InputError(
             f"the measured cycle of {measured_s:.6g} s makes motions {factor:.3g} times as long as simulated",
             key="measured_cycle",
-            allowed=f"up to {MOST_FACTOR:g} times; check robot, payload and program",
+            allowed=f"{1.0 / MOST_FACTOR:.2g} to {MOST_FACTOR:g} times; check robot, payload and program",
         )
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
     as_ran, at_full = (scaled(run, factor, batch.idle_post_w) for run in (ran, fastest))
-    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s)
+    # Where the power bounds the speeds, faster moves do not help.
+    faster_s = at_full.cycle_time_s if wish.peak_power_w is None else None
+    wanted_s = cycle_time_s(wish.cycle_time, given_s=as_ran.cycle_time_s, least_s=least_s, faster_s=faster_s)
     kept_s = reserve_s(wish.reserve, wanted_s)
     if wanted_s - kept_s < least_s - CYCLE_TIME_TOLERANCE_S:
-        raise CycleTimeTooShort(wanted_s, least_s + kept_s)
+        raise CycleTimeTooShort(wanted_s, least_s + kept_s, None if faster_s is None else faster_s + kept_s)
     source = profile_source(batch, wish)
     asked_s = max(steps_s + (wanted_s - kept_s - steps_s) / factor, float(batch.least_cycles_s[0]))
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent)
-    tree, graph = batch.trees[0], batch.graphs[0]
-    # Waits are the machine's own: what the schedule waits beyond the program's waits is that much longer, too.
-    least = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
-    waits = np.stack([whole.schedule.prior_waits_s, whole.schedule.post_waits_s], axis=1)
-    waits = least + factor * (waits - least)
-    waits[-1, 1] += kept_s
-    durations = factor * whole.schedule.durations_s
-    ends = np.cumsum(waits.sum(axis=1) + durations)
-    timed = replace(
-        whole.schedule,
-        cycle_time_s=wanted_s,
-        durations_s=durations,
-        prior_waits_s=waits[:, 0],
-        post_waits_s=waits[:, 1],
-        starts_s=ends - waits[:, 1] - durations,
-    )
-    written = write_plan(tree, graph, timed, whole.speed_limits, durations, program.wait_step_s)
+    pace = Pace(factor, wanted_s - kept_s)
+    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s, machine=pace)
+    tree, graph, timed = batch.trees[0], batch.graphs[0], whole.schedule
+    written = write_plan(tree, graph, timed, whole.speed_limits, timed.durations_s, program.wait_step_s)
     written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
-    idle_w = float(batch.idle_post_w[-1])
-    return Plan(
-        program=replace(program, tree=written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=run,
+    return plan_of(
+        program,
+        batch,
+        written,
+        (run, as_ran, at_full),
+        float(batch.idle_post_w[-1]),
         least_cycle_time_s=least_s,
-        energy_given_j=waiting_until(as_ran, run.cycle_time_s, idle_w),
-        standby_given_j=standby_until(as_ran, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(at_full, run.cycle_time_s, idle_w),
         bound_j=run.energy_j,
         warnings=(
             *plan_warnings(written, run, as_ran),

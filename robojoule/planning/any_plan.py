@@ -32,3 +32,13 @@ class AnyPlan(Protocol):
 
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data, ready for JSON."""
+
+
+def percent(difference_j: float, reference_j: float) -> float:
+    """A difference as a share of a reference, which is zero only where nothing draws energy. [%]"""
+    return 100.0 * difference_j / reference_j if reference_j > 0.0 else 0.0
+
+
+def gap_percent(energy_j: float, bound_j: float) -> float:
+    """By how much an energy lies above its bound at most, relative to the energy. [%]"""
+    return percent(max(energy_j - bound_j, 0.0), energy_j)

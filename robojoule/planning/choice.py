@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from robojoule.arrays import Array
 from robojoule.errors import PlanningError
+from robojoule.progress import told
 
 _TIME_TOLERANCE_S = 1e-9  # what sums of durations may exceed a budget by: rounding
 _COARSENESS = (256.0, 64.0, 16.0, 4.0, 1.0)  # tolerances of a search: a coarse one leaves less to the next one
@@ -168,7 +169,7 @@ def _by_class(
     step_j = tolerance_j / len(classes)
     times, costs, above = np.zeros(1), np.zeros(1), np.zeros(1)
     trail: list[tuple[Indices, Indices]] = []
-    for i, one in enumerate(classes):
+    for i, one in enumerate(told("whole speed limits", classes)):
         t = (times[:, None] + one.durations_s).ravel()
         c = (costs[:, None] + one.costs_j).ravel()
         r = (above[:, None] + reduced[i]).ravel()

@@ -9,6 +9,7 @@ import numpy as np
 
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.timing import rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import WAIT_STEP_S
 from robojoule.inputs import counted
@@ -76,6 +77,7 @@ def plan_on_measurements(
     every_move: bool = True,
     wait_step_s: float = WAIT_STEP_S,
     placed: Callable[[OperationTree], OperationTree] = lambda tree: tree,
+    given_tree: OperationTree | None = None,
 ) -> MeasuredPlan:
     """Plan the one tree of a batch on measured runs of its moves.
 
@@ -89,16 +91,19 @@ def plan_on_measurements(
         every_move: Whether runs of every move at two speed limits or more are demanded.
         wait_step_s: Step of added waits. [s]
         placed: Moves added waits to where the program can say them.
+        given_tree: The program as given, where its speeds do not bound the plan; the tree of the batch if not given.
 
     Raises:
         InputError: Runs are missing: names the move, or the speed limit at which to run the program once more.
         CycleTimeTooShort: A cycle time in which the fastest cycle does not fit.
     """
     tree, graph = batch.trees[0], batch.graphs[0]
-    as_written, at_full = simulate_trees(batch, [[tree, tree.without_plan(full_speed=True)]])[0]
+    as_given = tree if given_tree is None else given_tree
+    as_written, at_full = simulate_trees(batch, [[as_given, tree.without_plan(full_speed=True)]])[0]
     profiles, limits = profiles_of_runs(batch, runs, as_written.speed_limits, speed_step)
     taken = np.isin(profiles.speed_limits, limits) | (profiles.speed_limits == batch.speed_range[1][:, None])
-    given, fastest = (believed(run, profiles, batch.robot, tree) for run in (as_written, at_full))
+    given = believed(as_written, profiles, batch.robot, as_given)
+    fastest = believed(at_full, profiles, batch.robot, tree)
     waits = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
     allowed = profiles.allowed & taken & _within(batch, profiles)
     least_s = float(np.where(allowed, profiles.duration_s, np.inf).min(axis=1).sum() + waits.sum())
@@ -168,12 +173,13 @@ def plan_on_measurements(
 
 def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
     """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
+    doubts = rule_doubts(profiles.held_out_error)
     lowest = allowed.argmax(axis=1)
     stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
     if slack_s <= SAME_TIME_S or stuck == 0:
-        return ()
+        return doubts
     moves = counted(stuck, "move") if stuck > 1 else "a move"
-    return (f"{moves} at the lowest speed limit that was measured: slower runs may save more",)
+    return (*doubts, f"{moves} at the lowest speed limit that was measured: slower runs may save more")
 
 
 def profiles_of_runs(

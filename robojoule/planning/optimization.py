@@ -10,7 +10,7 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing import identify_timing, rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_flag, shown
@@ -19,7 +19,7 @@ from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
 from robojoule.planning.measured_plans import plan_on_measurements, profiles_of_runs, within_range
 from robojoule.planning.pareto import TradeOff, trade_off_on, trade_offs
-from robojoule.planning.plan import Plan, is_as_good, plan_warnings, standby_until, verify, waiting_until
+from robojoule.planning.plan import Plan, is_as_good, plan_of, plan_warnings, verify, waiting_until
 from robojoule.planning.predicted_motions import predicted_profiles, simulated_instead
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
@@ -112,27 +112,25 @@ def planned(program: Program, batch: TreeBatch, full_speed: OperationTree, wish:
     is_allowed = wish.peak_power_w is None or given.peak_power_w <= wish.peak_power_w
     if kept_s == 0.0 and is_allowed and is_as_good(given, run):
         written, run = program.tree, given
-    energy_given_j = waiting_until(given, run.cycle_time_s, idle_w)
     # Plans of the cycle without the dropped part of a step would take the bound again if they waited for that part.
     bound_j = schedule.bound_j - max(schedule.cycle_time_s - run.cycle_time_s, 0.0) * float(batch.idle_post_w.max())
-    return Plan(
-        program=replace(program, tree=written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=run,
+    return plan_of(
+        program,
+        batch,
+        written,
+        (run, given, fastest),
+        idle_w,
         least_cycle_time_s=least_s,
-        energy_given_j=energy_given_j,
-        standby_given_j=standby_until(given, run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_w),
         bound_j=min(bound_j, run.energy_j),  # a plan that exists is above the bound but for rounding
         warnings=(
             *plan_warnings(written, run, given),
             *unused_warnings(unused_s, step_s),
             *(simulated_instead(batch) if wish.profiles == "predicted" else ()),
+            *_timing_doubts(batch),
         ),
         reserve_s=kept_s,
         profiles=wish.profiles,
-        outlook=_outlook(batch, source, run, kept_s, energy_given_j),
+        outlook=_outlook(batch, source, run, kept_s, waiting_until(given, run.cycle_time_s, idle_w)),
     )
 
 
@@ -203,17 +201,15 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         every_move=wish.profiles == "measured",
         wait_step_s=program.wait_step_s,
         placed=program.placed,
+        given_tree=program.tree,
     )
-    idle_w = float(found.idle_end_w)
-    return Plan(
-        program=replace(program, tree=found.written),
-        robot=batch.robot.name,
-        payload_kg=float(batch.robot.payload.mass_kg),
-        run=found.run,
+    return plan_of(
+        program,
+        batch,
+        found.written,
+        (found.run, found.given, found.fastest),
+        float(found.idle_end_w),
         least_cycle_time_s=found.least_cycle_s,
-        energy_given_j=waiting_until(found.given, found.run.cycle_time_s, idle_w),
-        standby_given_j=standby_until(found.given, found.run.cycle_time_s, idle_w),
-        energy_unoptimized_j=waiting_until(found.fastest, found.run.cycle_time_s, idle_w),
         bound_j=found.run.energy_j,
         warnings=(*plan_warnings(found.written, found.run, found.given), *found.warnings),
         reserve_s=found.reserve_s,
@@ -222,7 +218,14 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
     )
 
 
-def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *, cautious: bool = False) -> TradeOff:
+def trade_off(
+    batch: TreeBatch,
+    profiles: Profiles,
+    runs: MeasuredRuns | None,
+    *,
+    cautious: bool = False,
+    predictor: ProfilePredictor | None = None,
+) -> TradeOff:
     """Energy over cycle time of the one tree of a batch, on profiles of any source.
 
     Args:
@@ -230,16 +233,24 @@ def trade_off(batch: TreeBatch, profiles: Profiles, runs: MeasuredRuns | None, *
         profiles: Where energies come from.
         runs: Measured runs of its moves, if there are any; with simulated profiles they tell the timing alone.
         cautious: Whether to go by the upper quantile of energy differences.
+        predictor: What predicts profiles; the reference of the robot if None.
     """
     if runs is None or profiles == "simulated":
         if runs is not None:
             robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
             batch = TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
         if profiles == "simulated":
-            return trade_offs(batch)[0]
-        return trade_off_on(profile_source(batch, Wish(0.0, 0.0, 1.0, profiles, cautious)), batch)
+            return replace(trade_offs(batch)[0], warnings=_timing_doubts(batch))
+        wish = Wish(0.0, 0.0, 1.0, profiles, cautious, predictor=predictor)
+        return trade_off_on(profile_source(batch, wish), batch)
     given = np.array([move.speed_limit_percent / 100.0 for move in batch.trees[0].moves()])
     known, _ = profiles_of_runs(batch, runs, given, speed_step=0.01)
     if cautious:
         known = replace(known, energy_j=cautious_energies(known))
-    return trade_off_on(within_range(batch, known), batch)
+    return replace(trade_off_on(within_range(batch, known), batch), warnings=rule_doubts(known.held_out_error))
+
+
+def _timing_doubts(batch: TreeBatch) -> tuple[str, ...]:
+    """What to know about a timing that was learnt, a sentence each."""
+    controller = batch.robot.controller
+    return () if controller is None else rule_doubts(controller.duration_error)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from robojoule.errors import PlanningError
 from robojoule.formats.program import Program
+from robojoule.planning.any_plan import gap_percent, percent
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, MoveRun, cycle_warnings, simulate_trees
 from robojoule.planning.schedule import Schedule
@@ -78,7 +79,7 @@ class Plan:
     @property
     def saving_percent(self) -> float:
         """Energy that the plan saves against the program as given. [%]"""
-        return _percent(self.energy_given_j - self.energy_j, self.energy_given_j)
+        return percent(self.energy_given_j - self.energy_j, self.energy_given_j)
 
     @property
     def energy_given_motors_on_j(self) -> float:
@@ -88,22 +89,22 @@ class Plan:
     @property
     def saving_over_motors_on_percent(self) -> float:
         """Energy that plan and standby save against the program as given with motors that hold in every wait. [%]"""
-        return _percent(self.energy_given_motors_on_j - self.energy_j, self.energy_given_motors_on_j)
+        return percent(self.energy_given_motors_on_j - self.energy_j, self.energy_given_motors_on_j)
 
     @property
     def saving_over_unoptimized_percent(self) -> float:
         """Energy that the plan saves against full speed and waiting at the end. [%]"""
-        return _percent(self.energy_unoptimized_j - self.energy_j, self.energy_unoptimized_j)
+        return percent(self.energy_unoptimized_j - self.energy_j, self.energy_unoptimized_j)
 
     @property
     def gap_to_optimum_percent(self) -> float:
         """By how much the plan's energy is above the proven bound at most. [%]"""
-        return _percent(self.energy_j - self.bound_j, self.bound_j)
+        return percent(self.energy_j - self.bound_j, self.bound_j)
 
     @property
     def gap_percent(self) -> float:
         """The same relative to the plan's energy, as plans of cells state it. [%]"""
-        return max(_percent(self.energy_j - self.bound_j, self.energy_j), 0.0)
+        return gap_percent(self.energy_j, self.bound_j)
 
     @property
     def peak_torque_ratio(self) -> float:
@@ -170,9 +171,35 @@ class Plan:
         }
 
 
-def _percent(difference_j: float, reference_j: float) -> float:
-    """A difference as a share of a reference, which is zero only where nothing draws energy. [%]"""
-    return 100.0 * difference_j / reference_j if reference_j > 0.0 else 0.0
+def plan_of(
+    program: Program,
+    batch: TreeBatch,
+    written: OperationTree,
+    runs: tuple[CycleRun, CycleRun, CycleRun],
+    idle_power_w: float,
+    **rest: Any,
+) -> Plan:
+    """A plan beside what it is compared with.
+
+    Args:
+        program: The program.
+        batch: Its motions.
+        written: The tree with the plan.
+        runs: Cycles of the plan, of the program as given, and at full speed.
+        idle_power_w: Power of waiting at the end of a cycle. [W]
+        rest: Other attributes of the plan.
+    """
+    run, given, fastest = runs
+    return Plan(
+        program=replace(program, tree=written),
+        robot=batch.robot.name,
+        payload_kg=float(batch.robot.payload.mass_kg),
+        run=run,
+        energy_given_j=waiting_until(given, run.cycle_time_s, idle_power_w),
+        standby_given_j=standby_until(given, run.cycle_time_s, idle_power_w),
+        energy_unoptimized_j=waiting_until(fastest, run.cycle_time_s, idle_power_w),
+        **rest,
+    )
 
 
 def verify(batch: TreeBatch, written: OperationTree, schedule: Schedule, wait_step_s: float = 0.0) -> CycleRun:
@@ -218,6 +245,16 @@ def standby_until(run: CycleRun, cycle_time_s: float, idle_power_w: float) -> fl
     """What standby modes save on such a cycle against motors that hold in every wait. [J]"""
     held_j = run.energy_j + run.standby_saving_j + max(cycle_time_s - run.cycle_time_s, 0.0) * idle_power_w
     return held_j - waiting_until(run, cycle_time_s, idle_power_w) if run.standby else 0.0
+
+
+def faster_warnings(ran: OperationTree, planned: OperationTree) -> tuple[str, ...]:
+    """What to say where nobody knows the program's own speed limits and moves are faster than in the plan that ran."""
+    pairs = zip(ran.moves(), planned.moves(), strict=True)
+    faster = [new.name for was, new in pairs if new.speed_limit_percent > was.speed_limit_percent]
+    if not faster:
+        return ()
+    names = ", ".join(f"'{name}'" for name in faster)
+    return (f"{names} faster than in the plan that ran: what the program allows is known from the one before it alone",)
 
 
 def plan_warnings(tree: OperationTree, run: CycleRun, given: CycleRun) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from robojoule.planning.schedule import Schedule
 from robojoule.profile.enclosure import Enclosure
 from robojoule.profile.piecewise import PiecewiseLinearProfile
 from robojoule.profile.source import ProfileSource
+from robojoule.progress import tell
 
 RELATIVE_GAP = 5e-4  # of a plan to its proven bound, at which no more is asked of the source
 MAX_ROUNDS = 15
@@ -97,6 +98,8 @@ class _Search:
         self.relative_gap = relative_gap
         self._known: dict[int, Enclosure] = {}
         self._open = list(range(len(batch.trees)))
+        self._motions = batch.planned.motions
+        self._missing = 0.0  # share of the work on these that is left
 
     def enclosures(self, tree: int) -> list[Enclosure]:
         """What is known of the profiles of a tree's motions."""
@@ -123,9 +126,11 @@ class _Search:
     def refine(self) -> bool:
         """One round for all trees that are not near enough to their bounds; false if there is nothing to do."""
         wanted: dict[int, Array] = {}
+        self._missing = 0.0
         trees = {tree: self._wanted(tree) for tree in self._open}
         for found in trees.values():
             wanted.update(found)
+        tell("profiles near the plan", self._motions - self._missing, self._motions)
         refined = self.source.refine_near(wanted)
         for motion in refined:
             del self._known[motion]
@@ -144,7 +149,9 @@ class _Search:
         wanted = {}
         for vertex, one in enumerate(known):
             at = planned[:, vertex]
-            missing = at[one.above.value(at) - one.below.value(at) > allowed]
-            if missing.size:
-                wanted[self.batch.rows[tree].start + vertex] = np.unique(missing)
+            difference = one.above.value(at) - one.below.value(at)
+            missing = difference > allowed
+            if missing.any():
+                wanted[self.batch.rows[tree].start + vertex] = np.unique(at[missing])
+                self._missing += 1.0 - float(np.sqrt((allowed[missing] / difference[missing]).min()))
         return wanted

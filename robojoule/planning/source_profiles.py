@@ -9,11 +9,13 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing_fit import OF_STAMPS
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
 from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.tool_motions import ToolMotions
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.measured_plans import check_measured
 from robojoule.planning.optimization import Profiles
@@ -26,14 +28,20 @@ from robojoule.profile.energy_profile import (
     simulated_profile,
 )
 from robojoule.profile.measured import measured_profiles
-from robojoule.profile.predicted import NORMAL_QUANTILE
+from robojoule.profile.predicted import NORMAL_QUANTILE, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
 from robojoule.profile.sampled import sampled_profile
+from robojoule.programs.tool_moves import tool_moves_of_tree
 from robojoule.robots.robot import Robot
 
 
 def motion_profile(
-    robot: Robot, start_rad: ArrayLike, end_rad: ArrayLike, points: int, profiles: Profiles
+    robot: Robot,
+    start_rad: ArrayLike,
+    end_rad: ArrayLike,
+    points: int,
+    profiles: Profiles,
+    predictor: ProfilePredictor | None = None,
 ) -> EnergyProfile:
     """The profile of a motion as it is simulated or predicted; torques are simulated ones.
 
@@ -43,6 +51,7 @@ def motion_profile(
         end_rad: End configuration, shape (n,). [rad]
         points: Number of equidistant speed limits from 10 to 100 %.
         profiles: Where durations and energies come from; predicted ones have an interval.
+        predictor: What predicts profiles; the reference of the robot if None.
 
     Raises:
         InputError: Not as many points as allowed, or no motion.
@@ -51,7 +60,7 @@ def motion_profile(
     if profiles == "simulated":
         return simulated
     limits = np.linspace(SLOWEST_SPEED_LIMIT, 1.0, points)
-    found = reference_predictor(robot).predict(MotionPaths(robot, start_rad, end_rad), limits)
+    found = (predictor or reference_predictor(robot)).predict(MotionPaths(robot, start_rad, end_rad), limits)
     believed = _believed(
         simulated, limits, found.duration_s[0], found.energy_j[0], found.lower_j[0], found.upper_j[0], "predicted"
     )
@@ -61,7 +70,12 @@ def motion_profile(
 
 
 def move_profile(
-    batch: TreeBatch, move: object, points: int, profiles: Profiles, runs: MeasuredRuns | None
+    batch: TreeBatch,
+    move: object,
+    points: int,
+    profiles: Profiles,
+    runs: MeasuredRuns | None,
+    predictor: ProfilePredictor | None = None,
 ) -> EnergyProfile:
     """The profile of one move of a program.
 
@@ -72,6 +86,7 @@ def move_profile(
             and end near the lowest of them.
         profiles: Where energies and durations come from; with runs, simulated ones take the timing from them.
         runs: Measured runs of the program's moves, if there are any.
+        predictor: What predicts profiles; the reference of the robot if None.
 
     Raises:
         InputError: There is no such move, it goes nowhere, or a run of it is missing.
@@ -87,15 +102,16 @@ def move_profile(
     vertex = next(place for place, one in enumerate(vertices) if move in one.moves)
     payload = tree_payloads(batch.robot, tree)[vertex]
     robot = batch.robot if payload == batch.robot.payload else batch.robot.carrying(payload)
-    if len(vertices[vertex].moves) > 1:
-        return _blended_profile(robot, batch, vertex, points, profiles)
     row = names.index(move)
+    if len(vertices[vertex].moves) > 1 or tree.moves()[row].tool_path is not None:
+        return _whole_profile(robot, batch, vertex, points, profiles)
     start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
-        return motion_profile(robot, start, end, points, profiles)
+        return motion_profile(robot, start, end, points, profiles, predictor)
     if profiles == "simulated":
-        learnt = robot.variant(controller=identify_timing(batch.paths, runs).controller)
-        return simulated_profile(learnt, start, end, points)
+        timing = identify_timing(batch.paths, runs)
+        learnt = simulated_profile(robot.variant(controller=timing.controller), start, end, points)
+        return replace(learnt, doubts=(*learnt.doubts, *rule_doubts(timing.controller.duration_error)))
     if profiles == "measured":
         check_measured(batch, runs, [row])
     own = np.unique(runs.speed_limits[runs.motion == row])
@@ -116,8 +132,16 @@ def move_profile(
         (energy + margin)[known],
         profiles,
     )
+    distinct = np.searchsorted(limits, believed.speed_limits)
+    # Where a duration was measured, what the rule does not tell is known but for the stamps.
+    stamped_s = np.maximum(found.duration_deviation_s[row], OF_STAMPS * runs.resolution_s)
+    deviation_s = np.where(np.isin(limits, own), stamped_s, found.single_deviations_s(row))
+    around_s = NORMAL_QUANTILE * deviation_s[distinct]
     return replace(
         believed,
+        low_s=frozen(np.maximum(believed.durations_s - around_s, 0.0)),
+        high_s=frozen(believed.durations_s + around_s),
+        doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
         measured_speed_limits=frozen(own),
         rule=found.rule,
         idle_power_start_w=float(found.idle_start_w[row]),
@@ -125,15 +149,19 @@ def move_profile(
     )
 
 
-def _blended_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
-    """The profile of a motion through coarse zones, all of its moves at the same speed limit."""
+def _whole_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
+    """The profile of a motion through coarse zones, all of its moves at the same speed limit, or of the tool."""
+    tree = batch.trees[0]
     if profiles == "measured":
-        check_single_moves(batch.trees[0])
-    names = batch.graphs[0].vertices[vertex].moves
-    found = profile_of(robot, BlendedPaths(robot, [chains_of_tree(batch.trees[0])[vertex]]), points)
-    said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"]
+        check_single_moves(tree)
+    names, of_tool = batch.graphs[0].vertices[vertex].moves, tool_moves_of_tree(tree)[vertex]
+    said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"] if of_tool is None else []
     if profiles == "predicted":
         said.append("it is simulated: predictors know straight motions only")
+    if of_tool is not None:
+        found = profile_of(robot, ToolMotions(robot, [of_tool]), points)
+    else:
+        found = profile_of(robot, BlendedPaths(robot, [chains_of_tree(tree)[vertex]]), points)
     return replace(found, doubts=(*found.doubts, *said))
 
 

@@ -21,7 +21,7 @@ from robojoule.calibration.timing_fit import RuleFit, rule_scores
 from robojoule.calibration.timing_rules import Candidate
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.choice import Choice, least_cost_choice
-from robojoule.profile.measured import MeasuredProfiles
+from robojoule.profile.measured import MOST_DOUBT, MeasuredProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE
 
 TOLERANCE = 3e-5  # of the energy at full speed: by how much a better choice of speed limits may be missed
@@ -169,9 +169,8 @@ def saving_interval(
     deviation = 100.0 * math.sqrt(
         max(float(along @ profiles.energy_covariance @ along), 0.0) + float((single**2).sum())
     )
-    margin = NORMAL_QUANTILE * math.hypot(
-        deviation, DISCREPANCY, DISCREPANCY_OF_TIMING * 100.0 * profiles.held_out_error
-    )
+    of_timing = DISCREPANCY_OF_TIMING * 100.0 * min(profiles.held_out_error, MOST_DOUBT)
+    margin = NORMAL_QUANTILE * math.hypot(deviation, DISCREPANCY, of_timing)
     saving = 100.0 * (1.0 - ratio)
     return saving, saving - margin, saving + margin
 

@@ -9,6 +9,7 @@ limit); equal steps of the speed limit resolve it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,6 +19,7 @@ from robojoule.arrays import Array
 from robojoule.motion.motions import Motions
 from robojoule.profile.enclosure import Enclosure, enclose
 from robojoule.profile.sampled import sampled_profiles
+from robojoule.progress import tell
 
 LEAST_SPACING_S = 1e-6  # runs nearer to each other than this would have steep chords of pure noise
 MAX_ROUNDS = 40
@@ -102,6 +104,7 @@ class AdaptiveProfiles:
         open_motions = list(range(len(self.profiles)))
         for _ in range(MAX_ROUNDS):
             wanted: dict[int, Array] = {}
+            done = float(len(self.profiles) - len(open_motions))
             for motion in open_motions:
                 profile = self.profiles[motion]
                 if len(profile) < 2:
@@ -115,6 +118,9 @@ class AdaptiveProfiles:
                 worst = worst[np.argsort(-pair.difference_j[worst], kind="stable")][:_MOST_RUNS_A_ROUND]
                 if worst.size:
                     wanted[motion] = pair.widest_s[worst]
+                # The error falls with the square of the number of runs.
+                done += math.sqrt(allowed / float(pair.difference_j[worst[0]])) if worst.size else 1.0
+            tell("profiles of motions", done, len(self.profiles))
             open_motions = self.refine_near(wanted)
             if not open_motions:
                 return

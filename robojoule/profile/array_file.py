@@ -5,7 +5,10 @@ Both have stable bytes: the same predictor gives the same files. No code of a fi
 
 from __future__ import annotations
 
+import struct
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +23,12 @@ Made = TypeVar("Made")
 
 DESCRIPTION = "predictor.json"
 ARRAYS = "predictor.npz"
+
+# What numpy and zipfile raise for files that are damaged, encrypted, or made to be so.
+_UNREADABLE = (
+    *(OSError, EOFError, ValueError, TypeError, IndexError, RuntimeError, SyntaxError),
+    *(tokenize.TokenError, zipfile.BadZipFile, zlib.error, struct.error),
+)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
@@ -39,6 +48,7 @@ def read_arrays(path: Path, assemble: Callable[[Arrays], Made]) -> Made:
         InputError: The file is missing, truncated, or does not hold what `assemble` needs.
     """
     try:
+        _check_sizes(path)
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         for name, array in arrays.items():
@@ -49,6 +59,19 @@ def read_arrays(path: Path, assemble: Callable[[Arrays], Made]) -> Made:
         raise InputError("there is no such file", file=path) from None
     except KeyError as error:
         raise InputError(f"the array {error} is missing", file=path) from None
-    except (OSError, EOFError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
+    except MemoryError:
+        raise InputError("the file does not hold a predictor (an array is larger than the file)", file=path) from None
+    except _UNREADABLE as error:
         first = " ".join(str(error).split())
         raise InputError(f"the file does not hold a predictor ({first})", file=path) from None
+
+
+def _check_sizes(path: Path) -> None:
+    """Refuse what unpacks to more than it is; `write_arrays` does not compress.
+
+    Raises:
+        ValueError: The arrays are compressed.
+    """
+    with zipfile.ZipFile(path) as archive:
+        if sum(member.file_size for member in archive.infolist()) > path.stat().st_size:
+            raise ValueError("its arrays are compressed")

@@ -110,6 +110,12 @@ class MeasuredProfiles:
         )
         return durations, energies
 
+    def single_deviations_s(self, motion: int) -> Array:
+        """Standard deviations of the durations of one motion, shape (S,). [s]"""
+        along = self.duration_gradient_s[motion]
+        shared = np.einsum("sp,pq,sq->s", along, self.timing_covariance, along)
+        return np.asarray(np.sqrt(np.maximum(shared, 0.0) + self.duration_deviation_s[motion] ** 2))
+
     def cycle_deviation_s(self, places: Index) -> float:
         """Standard deviation of the total duration of motions at places in `speed_limits`, shape (M,). [s]
 

@@ -34,6 +34,7 @@ from robojoule.programs.operations import (
     PayloadOperation,
     ProcessOperation,
     ShareZone,
+    ToolPath,
     UnknownOperation,
     WaitOperation,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "PayloadOperation",
     "ProcessOperation",
     "ShareZone",
+    "ToolPath",
     "UnknownOperation",
     "WaitOperation",
     "tree_from_configurations",
@@ -127,6 +129,13 @@ class OperationTree(Document):
             if not isinstance(step, MoveOperation) or step.is_fine:
                 continue
             problem = f"move '{step.name}' has a coarse zone"
+            if step.tool_path is not None:
+                raise _inconsistent(
+                    f"{key}.zone", f"{problem}, but its path is that of the tool, which stops at its end"
+                )
+            if isinstance(following, MoveOperation) and following.tool_path is not None:
+                text = f"{problem}, so '{following.name}' behind it cannot have a path of the tool"
+                raise _inconsistent(f"{key}.zone", text)
             if following is None:
                 raise _inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
             if not isinstance(following, MoveOperation):
@@ -204,7 +213,7 @@ class OperationTree(Document):
         """
         settings: dict[str, dict[str, float]] = {}
         given = (speed_limits_percent, waits_before_s, waits_after_s, added_waits_before_s, added_waits_after_s)
-        for field, values in zip(PLANNED, given, strict=True):
+        for field, values in zip(PLANNED, given, strict=False):
             for name, value in (values or {}).items():
                 settings.setdefault(name, {})[field] = float(value)
         return self.with_settings(settings)
@@ -241,6 +250,31 @@ class OperationTree(Document):
     def planned_for(self, cycle_time_s: float) -> OperationTree:
         """The tree, saying for which cycle time the plan in it was made. [s]"""
         return self.model_copy(update={"planned_cycle_s": round(cycle_time_s, CYCLE_DIGITS)})
+
+    def bounded_by(self, given: OperationTree) -> OperationTree:
+        """The tree, saying of each move the speed limit that the program had before its first plan.
+
+        Args:
+            given: The tree that this plan was made from; its speed limits are the program's own unless it is a plan
+                itself, which says for which cycle time it was made.
+        """
+        settings = {}
+        for move, was in zip(self.moves(), given.moves(), strict=True):
+            own = was.most_speed_percent
+            if own is None and given.planned_cycle_s is None and not was.fixed and was.speed_limit_percent < 100.0:
+                own = was.speed_limit_percent
+            if own is not None:  # faster was allowed where it is
+                settings[move.name] = {"most_speed_percent": 100.0 if move.speed_limit_percent > own else own}
+        return self.with_settings(settings) if settings else self
+
+    def at_most_speeds(self) -> OperationTree:
+        """The tree without waits that a plan added, each move that is not fixed as fast as the program let it be."""
+        limits = {
+            move.name: 100.0 if move.most_speed_percent is None else move.most_speed_percent
+            for move in self.moves()
+            if not move.fixed
+        }
+        return self.without_plan().with_plan(limits)
 
     def without_plan(self, *, full_speed: bool = False) -> OperationTree:
         """The tree without the waits that a plan added.

@@ -57,6 +57,13 @@ def test_what_unpacks_without_end_is_refused():
         unpacked(bomb, 1_000_000)
 
 
+def test_parts_that_were_packed_one_by_one_are_one_text():
+    """As bgzip packs, across the pieces in which they are read; empty ones without end take no time."""
+    noise = np.random.default_rng(1).bytes(50_000)
+    packed = gzip.compress(noise, 1) * 3 + gzip.compress(b"") * 50_000 + gzip.compress(b"end")
+    assert unpacked(packed, 200_000) == noise * 3 + b"end"
+
+
 def test_letters_of_windows_and_of_two_bytes():
     assert decoded("Größe;x".encode("latin-1")) == "Größe;x"
     assert decoded("Größe".encode("utf-16")) == "Größe"

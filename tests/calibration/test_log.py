@@ -7,6 +7,7 @@ import pytest
 from pyarrow import csv
 
 from robojoule.calibration.log import read_log
+from robojoule.calibration.log_table import read_table
 from robojoule.errors import InputError
 from robojoule.robots import load_robot
 from tests.calibration.plant import ROBOT
@@ -186,3 +187,24 @@ def test_damaged_rows_are_refused(tmp_path, robot, line, message):
 def test_parquet_columns_must_be_numbers(tmp_path, robot):
     with pytest.raises(InputError, match="power_w: the column holds string, not numbers"):
         read_log(save(tmp_path, columns(power_w=["many"] * N), ".parquet"), robot)
+
+
+def test_parquet_that_unpacks_without_end_is_refused(tmp_path, robot):
+    """Rows that repeat take no space in the file."""
+    path = tmp_path / "log.parquet"
+    zeros = pa.chunked_array([pa.array(np.zeros(2**20))] * 257)
+    pq.write_table(pa.table({"time_s": zeros}), path, compression="zstd")
+    assert path.stat().st_size < 5_000_000
+    with pytest.raises(InputError, match=r"cannot be read \(it holds 269484032 rows, more than 2048 MB"):
+        read_log(path, robot)
+
+
+def test_a_long_text_in_every_row_is_read_once(tmp_path):
+    """Columns of texts that repeat: a gigabyte, were each row's copied."""
+    rows = 10_000
+    path = tmp_path / "log.parquet"
+    pq.write_table(pa.table({"time_s": np.arange(float(rows)), "note": ["x" * 100_000] * rows}), path)
+    assert path.stat().st_size < 1_000_000
+    before = pa.total_allocated_bytes()
+    table = read_table(path)
+    assert len(table.column("time_s")) == rows and pa.total_allocated_bytes() - before < 10_000_000

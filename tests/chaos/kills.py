@@ -2,6 +2,9 @@
 
 A chain kills every stage once, at a moment drawn by its seed after the stage began: SIGKILL to all processes of the
 run, as from the kernel or a switched-off machine. The same command is given again until it ends by itself.
+
+Every second chain is warm: it starts over the results and stores of other parameters. `--full` takes the project
+itself, as committed, and kills each of its three longest stages three times.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,7 +25,7 @@ from pathlib import Path
 
 import yaml
 
-from tests.toy import make_toy
+from tests.toy import ROOT, make_toy
 
 STAGES = (
     *("generate_trees", "simulate_motions", "build_features", "train_profile_predictor", "train_predictors"),
@@ -29,6 +33,8 @@ STAGES = (
 )
 COMMAND = ("-m", "dvc", "repro")
 LATEST_S = 4.0  # after a stage began; stages of the small set take 2 to 15 s
+LONGEST = ("simulate_motions", "train_predictors", "evaluate_plans")  # at full size
+LATEST_FULL_S = 25.0
 
 
 @dataclass(frozen=True)
@@ -72,10 +78,10 @@ def running(project: Path, log: Path, *words: str) -> Iterator[subprocess.Popen[
         process.wait()
 
 
-def kill_in(project: Path, stage: str, after_s: float, log: Path) -> Kill:
-    """Run the pipeline until a stage has run for a while, and kill it then."""
+def kill_in(project: Path, stage: str, after_s: float, log: Path, *words: str) -> Kill:
+    """Run the pipeline, or what the words say, until a stage has run for a while, and kill it then."""
     begun: float | None = None
-    with running(project, log) as process:
+    with running(project, log, *words) as process:
         while process.poll() is None:
             text = log.read_text(encoding="utf-8", errors="replace")
             if begun is None and f"Running stage '{stage}'" in text:
@@ -102,11 +108,61 @@ def chain(project: Path, seed: int, folder: Path, latest_s: float = LATEST_S) ->
     kills = []
     for stage in STAGES:
         kills.append(kill_in(project, stage, draw.uniform(0.0, latest_s), folder / f"{seed}-{stage}.log"))
-    log = folder / f"{seed}-end.log"
-    with running(project, log) as process:
+    to_the_end(project, folder / f"{seed}-end.log")
+    return kills
+
+
+def to_the_end(project: Path, log: Path, *words: str) -> None:
+    """Let a run end by itself.
+
+    Raises:
+        AssertionError: It does not end well.
+    """
+    with running(project, log, *words) as process:
         code = process.wait()
     assert code == 0, log.read_text(encoding="utf-8", errors="replace")[-2000:]
-    return kills
+
+
+def warm_toy(folder: Path, log: Path) -> Path:
+    """The small project with the results, the cache and the record of trees of another seed."""
+    project = make_toy(folder)
+    params = project / "params.yaml"
+    text = params.read_text(encoding="utf-8")
+    others = yaml.safe_load(text)
+    others["generate_trees"]["seed"] += 1
+    params.write_text(yaml.safe_dump(others, sort_keys=False), encoding="utf-8")
+    to_the_end(project, log)
+    params.write_text(text, encoding="utf-8")
+    return project
+
+
+def kill_at_full_size(seed: int, folder: Path) -> bool:
+    """Kill each of the longest stages of the committed project three times, let it end, and hold its outputs' hashes.
+
+    Returns:
+        Whether all are those of the committed lock file.
+    """
+    project, draw, same = folder / "full", random.Random(seed), True
+
+    def cache(place: Path) -> None:
+        (project / ".dvc/config.local").write_text(f"[cache]\n    dir = {place}\n", encoding="utf-8")
+
+    subprocess.run(["git", "clone", "-q", str(ROOT), str(project)], check=True)
+    said = subprocess.run([sys.executable, "-m", "dvc", "cache", "dir"], cwd=ROOT, capture_output=True, check=True)
+    cache(Path(said.stdout.decode().strip()))
+    subprocess.run([sys.executable, "-m", "dvc", "checkout", "--quiet", "dvc.yaml"], cwd=project, check=True)
+    cache(project / ".dvc/cache")  # what is killed writes to a cache of its own
+    expected = outputs(project)
+    for stage in LONGEST:
+        words = ("--single-item", "--force", stage)
+        moments = [draw.uniform(0.0, LATEST_FULL_S) for _ in range(3)]
+        kills = [kill_in(project, stage, after_s, folder / "full.log", *words) for after_s in moments]
+        to_the_end(project, folder / "full-end.log", *words)
+        wrong = [path for path, found in outputs(project).items() if expected[path] != found] + left_over(project)
+        same = same and not wrong
+        hit = ", ".join(f"after {kill.after_s:.1f} s" for kill in kills if kill.hit)
+        print(f"{stage}: killed {hit}: {'the same bytes' if not wrong else f'differs: {wrong}'}", flush=True)
+    return same
 
 
 def left_over(project: Path) -> list[str]:
@@ -122,22 +178,29 @@ def left_over(project: Path) -> list[str]:
 def main() -> None:
     """Several chains, each on a fresh copy of the small project; ends with exit code 1 if one differs."""
     parser = argparse.ArgumentParser(prog="python -m tests.chaos.kills", description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3], metavar="N", help="a chain of 7 kills each")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4], help="of chains of 7 kills each")
+    parser.add_argument("--full", action="store_true", help="full size, with the first seed")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="chaos-") as name:
         folder = Path(name)
-        undisturbed = make_toy(folder / "undisturbed")
-        with running(undisturbed, folder / "undisturbed.log") as process:
-            process.wait()
+        if arguments.full:
+            raise SystemExit(not kill_at_full_size(arguments.seeds[0], folder))
+        undisturbed, warm = make_toy(folder / "undisturbed"), warm_toy(folder / "warm", folder / "warm.log")
+        to_the_end(undisturbed, folder / "undisturbed.log")
         expected, differing = outputs(undisturbed), 0
-        for seed in arguments.seeds:
-            project = make_toy(folder / f"seed-{seed}")
+        for place, seed in enumerate(arguments.seeds):
+            project, kind = folder / f"seed-{seed}", ("fresh", "warm")[place % 2]
+            if kind == "warm":
+                shutil.copytree(warm, project, symlinks=True)
+            else:
+                make_toy(project)
             kills = chain(project, seed, folder)
             found = outputs(project)
             wrong = [path for path in expected | found if expected.get(path) != found.get(path)] + left_over(project)
             differing += bool(wrong)
             hit = ", ".join(f"{kill.stage} after {kill.after_s:.1f} s" for kill in kills if kill.hit)
-            print(f"seed {seed}: killed {hit}: {'the same bytes' if not wrong else f'differs: {wrong}'}", flush=True)
+            said = "the same bytes" if not wrong else f"differs: {wrong}"
+            print(f"seed {seed}, {kind}: killed {hit}: {said}", flush=True)
     raise SystemExit(bool(differing))
 
 

@@ -75,3 +75,43 @@ def test_without_mlflow_the_extra_is_named(capsys: pytest.CaptureFixture, monkey
     monkeypatch.setattr("robojoule.errors.find_spec", lambda name: None)
     said = refused(capsys, "--model", "models:/energy-profile@champion")
     assert "needs mlflow, which is not installed: pip install 'robojoule[pipeline]'" in said
+
+
+def told(capsys: pytest.CaptureFixture, *words: str) -> dict:
+    assert main([*words, "--robot", NAME, "--payload", "10", "--json"]) == 0, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+MOTION = ["profile", "--from", "0,-90,90,0,0,0", "--to", "45,-60,70,0,30,0"]
+COMMANDS = {
+    "profile of a motion": MOTION,
+    "profile of a move": ["profile", "cycle.yaml", "--move", "to belt"],
+    "pareto": ["pareto", "cycle.yaml"],
+}
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_every_command_with_predicted_profiles_takes_a_model(
+    capsys: pytest.CaptureFixture, folder: Path, words: list[str]
+):
+    save_profile_predictor(calibrated_predictor(load_robot(NAME, payload_kg=10.0)), folder / "entry")
+    trained = told(capsys, *words, "--profiles", "predicted")
+    assert told(capsys, *words, "--model", str(TRAINED / NAME)) == trained
+    assert told(capsys, *words, "--model", "entry") != trained
+
+
+def test_a_plan_is_adjusted_by_a_model(capsys: pytest.CaptureFixture, folder: Path):
+    made = plan(capsys, "--model", str(TRAINED / NAME), "--out", "plan.yaml")
+    words = ["adjust", "plan.yaml", "--measured-cycle", str(1.01 * made["cycle_time_s"])]
+    assert told(capsys, *words)["profiles"] == "simulated"
+    assert told(capsys, *words, "--model", str(TRAINED / NAME))["profiles"] == "predicted"
+    save_profile_predictor(calibrated_predictor(load_robot("ur_ur10e")), folder / "ur10e")
+    assert main([*words, "--robot", NAME, "--payload", "10", "--model", "ur10e"]) == 2
+    assert "ur_ur10e" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [*COMMANDS.values(), ["adjust", "cycle.yaml", "--measured-cycle", "9"]])
+def test_a_registry_that_is_not_there_is_one_sentence_of_every_command(capsys: pytest.CaptureFixture, words: list[str]):
+    assert main([*words, "--robot", NAME, "--payload", "10", "--model", "models:/energy-profile@champion"]) == 2
+    error = capsys.readouterr().err
+    assert "no registry of MLflow is known" in error and error.count("\n") == 1

@@ -1,6 +1,9 @@
 """`robojoule optimize`: what it prints and writes, and what it refuses."""
 
 import json
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -30,6 +33,25 @@ def test_the_written_program_keeps_the_cycle_time(program, tmp_path, capsys):
     assert (result["warnings"], result["payload_kg"], result["out"]) == ([], 10.0, str(out))
     moves = load_program(out).moves
     assert [move.speed_limit_percent for move in moves] == [move["speed_limit_percent"] for move in result["moves"]]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit of file sizes")
+def test_program_and_page_are_written_together_or_not_at_all(program, tmp_path):
+    """The page does not fit on what stands for a full disk here, a limit of file sizes; the program would."""
+    out, page = tmp_path / "out.yaml", tmp_path / "page.html"
+    words = ["optimize", str(program), *ROBOT, "--cycle-time", "+20%", "--out", str(out), "--page", str(page)]
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))"
+    code = f"import sys; {limit}; from robojoule.cli import main; sys.exit(main(sys.argv[1:]))"
+    before = {one.name for one in tmp_path.iterdir()}
+    run = subprocess.run([sys.executable, "-B", "-c", code, *words], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert "page.html: the file cannot be written (File too large)" in run.stderr
+    assert {one.name for one in tmp_path.iterdir()} == before
+    out.write_text("mine", encoding="utf-8")
+    assert subprocess.run([sys.executable, "-B", "-c", code, *words], capture_output=True, check=False).returncode == 2
+    assert out.read_text(encoding="utf-8") == "mine"
+    assert main(words) == 0
+    assert load_program(out).moves and page.stat().st_size > 20000
 
 
 def test_a_share_is_one_of_the_program_as_given(program, tmp_path, capsys):

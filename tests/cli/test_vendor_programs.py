@@ -73,7 +73,7 @@ BAD = {
     ),
     "a page of sections": (
         ["optimize", "feeder.src", *ROBOT, "--cycle-time", "+10%", "--page", "a.html", "--out", "b.src"],
-        "a trade-off needs the whole cycle",
+        "feeder.src: a page needs the whole cycle, and nobody knows how long line 6",
     ),
     "the data list": (["simulate", "feeder.dat", *ROBOT], "unknown file type '.dat'"),
 }

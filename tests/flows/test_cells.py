@@ -1,43 +1,23 @@
 """Seeds of a cell's search on Prefect's task runners."""
 
-import operator
-
 import pytest
-from prefect import flow
 
-from flows.cells import TaskExecutor, plan_cell
-from robojoule.errors import InputError, RobojouleError
+from flows.cells import plan_cell
+from robojoule.errors import InputError
 from robojoule.planning.cells.annealing import compile_kernel
 from robojoule.planning.cells.check import check_plan
 from tests.planning.cells.cases import generated
 
 
-@flow(persist_result=False)
-def powers() -> list[int]:
-    return list(TaskExecutor().map(operator.pow, range(5), [2] * 5))
-
-
-@flow(persist_result=False)
-def division() -> float:
-    return TaskExecutor().submit(operator.truediv, 1.0, 0.0).result()
-
-
-def test_calls_are_tasks_and_come_back_in_order(prefect_server: str):
-    assert powers() == [0, 1, 4, 9, 16]
-    with pytest.raises(ZeroDivisionError):
-        division()
-
-
-def test_a_large_cell_is_planned_by_tasks(prefect_server: str):
+@pytest.mark.parametrize("runner", ["threads", "processes"])
+def test_a_large_cell_is_planned_by_tasks(prefect_server: str, runner: str):
     compile_kernel()  # takes longer than the search where it never ran before
     cell = generated(4, 0, (10, 12))  # larger than the model alone is used for
-    plan = plan_cell(cell, time_limit_s=90.0, gap_percent=30.0, seeds=2, runner="threads")
+    plan = plan_cell(cell, time_limit_s=90.0, gap_percent=30.0, seeds=2, runner=runner)
     assert check_plan(cell, plan).feasible
     assert 0.0 < plan.bound_j <= plan.energy_j
 
 
 def test_what_cannot_be_done_is_refused():
-    with pytest.raises(RobojouleError, match="within a flow"):
-        TaskExecutor()
     with pytest.raises(InputError, match="task runner"):
         plan_cell(generated(4, 0, (10, 12)), runner="grid")

@@ -4,19 +4,29 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+import yaml
 
-from flows.fan_out import make_shards, missing_shards
+from flows.cells import plan_cell
+from flows.fan_out import FANNED, compute_parts
 from flows.runners import task_runner
 from flows.scale import scale
 from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet
+from reproduction.study.regimes import unseen_robot
 from robojoule.documents import parse
+from robojoule.planning.cells.check import check_plan
+from stages import evaluate_robots
 from tests.conftest import ROOT, Background, free_port, run, wait_for
 from tests.flows.test_scale import files, made_here
+from tests.planning.cells.cases import generated
+from tests.reproduction.closed_loop.cases import small
 from tests.reproduction.motions.test_shards import DESCRIPTION
+from tests.reproduction.study.cases import small_study
+from tests.reproduction.test_parts import Refusing
 
 STARTED = 300.0  # longest time until a cluster is up; Ray takes a minute on a busy machine
 
@@ -60,7 +70,7 @@ def cluster(
 def test_bytes_do_not_depend_on_the_engine(
     cluster: tuple[str, str], reproduced: Path, tmp_path: Path, prefect_server: str
 ):
-    """A set of motions, then the simulation of the pipeline: its shards come from the cluster, the stage takes them."""
+    """A set of motions; then stages of the pipeline and of the studies: their parts come from the cluster."""
     name, address = cluster
     motion_set = parse(MotionSet, DESCRIPTION, "test")
     assert scale(motion_set, tmp_path / "set", name, 2, address) == 3
@@ -68,13 +78,29 @@ def test_bytes_do_not_depend_on_the_engine(
 
     project = tmp_path / "project"
     shutil.copytree(reproduced, project, symlinks=True)
-    shards = missing_shards(Layout(project))
-    assert len(shards) >= 2
-    assert make_shards.with_options(task_runner=task_runner(name, address=address))(shards) == len(shards)
-    assert missing_shards(Layout(project)) == []
-    said = run(sys.executable, "-m", "stages.simulate_motions", "--root", str(project), cwd=ROOT).stdout
-    assert f"{len(shards)} of {len(shards)} shards are there already" in said
-    for file in ("motions", "runs", "paths"):
+    study = small_study().model_copy(update={"close_the_loop": small()})
+    (project / "studies/params.yaml").write_text(yaml.safe_dump(study.model_dump(mode="json")), encoding="utf-8")
+    parts = compute_parts.with_options(task_runner=task_runner(name, address=address))
+    layout, scratch = Layout(project), Layout(project).scratch_dir
+    for stage in ("simulate_motions", "evaluate_plans", "evaluate_robots"):
+        parts(stage, project)
+        (kept,) = (scratch / stage).iterdir()
+        before = {path.name: path.stat().st_mtime_ns for path in kept.iterdir()}
+        assert len(before) >= 2
+        computed = import_module(f"stages.{stage}").compute
+        file, load = FANNED[stage]
+        computed(load(project / file), layout, Refusing())  # all are there: nothing is computed
+        assert {path.name: path.stat().st_mtime_ns for path in kept.iterdir()} == before
+    for stage in ("simulate_motions", "evaluate_plans"):
+        run(sys.executable, "-m", f"stages.{stage}", "--root", str(project), cwd=ROOT)
+        assert not list((scratch / stage).iterdir())
+    for file in ("motions", "runs", "paths", "plans"):
         made, expected = (getattr(Layout(root), file).read_bytes() for root in (project, reproduced))
-        assert made == expected
-    assert files(Layout(project).samples_dir) == files(Layout(reproduced).samples_dir)
+        assert made == expected, file
+    assert files(layout.samples_dir) == files(Layout(reproduced).samples_dir)
+    found = evaluate_robots.compute(study, layout, Refusing())[1]
+    assert found == unseen_robot(study, lambda text: None)
+
+    cell = generated(4, 0, (10, 12))  # seeds of a search take the time that they are given: plans are near, not equal
+    plan = plan_cell(cell, time_limit_s=120.0, gap_percent=30.0, seeds=2, runner=name, address=address)
+    assert check_plan(cell, plan).feasible

@@ -37,12 +37,39 @@ def project(toy_project: Path, ports: dict[str, str]) -> Iterator[Path]:
     desk(toy_project, "down")
 
 
+WATCH = """
+import os, sys
+
+def note(event, words):
+    if event == "socket.getaddrinfo" and words[0]:
+        name = words[0].decode() if isinstance(words[0], bytes) else str(words[0])
+        if name not in ("localhost", "::1", "0.0.0.0") and not name.startswith("127."):
+            with open({place!r}, "a") as file:
+                print(name, *sys.argv[:4], file=file)
+
+sys.addaudithook(note)
+"""
+
+
+@pytest.fixture
+def looked_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """File that gets a line for every address that a Python program looks up and that is not this machine's."""
+    place = tmp_path / "looked-up"
+    (tmp_path / "sitecustomize.py").write_text(WATCH.format(place=str(place)), encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    ask = "import socket\ntry: socket.getaddrinfo('host.invalid', 80)\nexcept OSError: pass"
+    subprocess.run([sys.executable, "-c", ask], check=True)
+    assert place.read_text(encoding="utf-8").startswith("host.invalid")  # it would be seen
+    place.unlink()
+    return place
+
+
 def processes(project: Path) -> dict[str, int]:
     files = (project / ".desk/run").glob("*.json")
     return {path.stem: json.loads(path.read_text(encoding="utf-8"))["pid"] for path in files}
 
 
-def test_up_and_down(project: Path, ports: dict[str, str]):
+def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
     names = ["prefect-server", "mlflow-server", "prefect-worker"]
     assert desk(project, "status", code=3).count("does not run") == 3
     said = desk(project, "up").splitlines()
@@ -78,6 +105,7 @@ def test_up_and_down(project: Path, ports: dict[str, str]):
     assert desk(project, "down").count("does not run") == 3
     ignored = run("git", "status", "--porcelain", "--ignored=no", ".desk", cwd=project).stdout
     assert ignored == ""
+    assert not looked_up.exists(), looked_up.read_text(encoding="utf-8")
 
 
 def _with_children(process: psutil.Process) -> list[psutil.Process]:

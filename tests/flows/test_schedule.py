@@ -19,6 +19,7 @@ from flows.service import answers
 from tests.conftest import ROOT, Background, run, wait_for
 from tests.flows.test_desk import desk, ports, processes  # noqa: F401  ports is a fixture
 from tests.flows.test_pipeline import artifacts, post
+from tests.screens import LARGEST_BYTES, take_mlflow, take_prefect
 
 PATIENCE_S = 900.0  # for conditions, not a measure of anything: machines may be slow
 
@@ -77,7 +78,7 @@ def below(project: Path) -> list[psutil.Process]:
     return found
 
 
-def test_nights_failures_and_kills(project: Path, ports: dict[str, str]):  # noqa: F811
+def test_nights_failures_and_kills(project: Path, ports: dict[str, str], tmp_path: Path):  # noqa: F811
     runs = Runs(ports["PREFECT_SERVER_API_PORT"])
     desk(project, "up")
     for deployment in post(runs.api, "deployments/filter", {}):
@@ -98,6 +99,12 @@ def test_nights_failures_and_kills(project: Path, ports: dict[str, str]):  # noq
     assert table["description"].endswith(", 3 trees") and len(json.loads(table["data"])) > 10
     assert run("git", "status", "--porcelain", cwd=project).stdout == ""
     assert "/runs/" in artifacts(runs.api, "training-runs")[0]["data"]
+
+    # Whoever looks: both pages show the run and its figures.
+    take_prefect(runs.api.removesuffix("/api"), project, tmp_path)
+    take_mlflow(f"http://127.0.0.1:{ports['MLFLOW_PORT']}", project, tmp_path)
+    for name in ("prefect.png", "mlflow.png"):
+        assert (ROOT / f"docs/figures/{name}").stat().st_size < LARGEST_BYTES
 
     # Bad input: the run fails with its sentence at once, and is told of.
     asked = runs.start(project, "pipeline-on-demand/pipeline-on-demand", "-p", "payload_kg=99")

@@ -2,6 +2,8 @@
 
 import os
 import sqlite3
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ from flows.server import prefect_server as server_for
 from flows.service import answers
 from reproduction.layout import Layout
 from robojoule.errors import RobojouleError
-from tests.conftest import free_port
+from tests.conftest import ROOT, free_port, run
 
 
 def test_a_server_that_is_named_is_used(tmp_path: Path, prefect_server: str):
@@ -38,8 +40,16 @@ def test_else_one_is_started_with_a_store_of_its_own(tmp_path: Path, monkeypatch
     with temporary_settings(restore_defaults={PREFECT_API_URL}):
         with server_for(layout) as url:
             assert answers(f"{url}/health") and os.environ["PREFECT_API_URL"] == url
+            with ThreadPoolExecutor(1) as thread:  # else it would start one more server
+                assert thread.submit(PREFECT_API_URL.value).result() == url
         assert not answers(f"{url}/health")
     assert "PREFECT_API_URL" not in os.environ
     (empty,) = layout.desk_dir.rglob("*.db")
     with sqlite3.connect(empty) as store:
         assert store.execute("SELECT count(*) FROM flow_run").fetchall() == [(0,)]
+
+
+def test_flows_do_not_load_the_code_of_the_server():
+    """It takes as long as the start of one, in this process and in every worker."""
+    code = "import sys, flows.pipeline, flows.scale, flows.cells, flows.studies; print(*sys.modules)"
+    assert "prefect.server.api.server" not in run(sys.executable, "-c", code, cwd=ROOT).stdout.split()

@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import robojoule as rj
 from robojoule.errors import InputError
-from robojoule.formats.program import Program
+from robojoule.formats.conversion import converted
+from robojoule.formats.program import Program, load_program
 from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots import load_robot
@@ -72,3 +74,26 @@ def test_a_tree_alone_can_be_checked(robot):
 def test_a_program_saves_itself_by_suffix(tmp_path, suffix):
     program(HOME_DEG).save(tmp_path / f"out{suffix}")
     assert [path.name for path in tmp_path.iterdir()] == [f"out{suffix}"]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "name"),
+    [
+        (".src", "kuka_kr16_r2010_2"),
+        (".mod", "kuka_kr16_r2010_2"),
+        (".ls", "fanuc_m20_25_18d"),
+        (".script", "ur_ur10e"),
+    ],
+)
+def test_a_plan_in_a_vendors_language_stays_with_another_robot_object(tmp_path, suffix, name):
+    first, again = load_robot(name), load_robot(name)
+    path = tmp_path / f"pick{suffix}"
+    converted(program((50, -70, 80, 0, 30, 0), (0, -90, 90, 0, 30, 0)), path, first)
+    read = load_program(path, first)
+    plan = rj.optimize(read, first, cycle_time="+40%")
+    assert plan.energy_j < 0.95 * rj.simulate(read, first).energy_j
+    for robot in (first, again):
+        run = rj.simulate(plan.program, robot)
+        assert run.cycle_time_s == pytest.approx(plan.cycle_time_s, abs=1e-9)
+        assert run.energy_j == pytest.approx(plan.energy_j, rel=1e-9)
+    assert plan.program.for_robot(again).tree.planned_cycle_s == plan.program.tree.planned_cycle_s

@@ -1,5 +1,7 @@
 """Plans on measured runs, through the door: they hold on the machine whose runs were measured."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -144,3 +146,20 @@ def test_plans_on_runs_use_standby_modes(case):
     )  # cycles differ by a part of 1 ms
     assert plan.run.standby_saving_j > 0.5 * float(waits[long].sum()) * (400.0 - 60.0)
     assert plan.outlook.saving_low_percent < plan.saving_percent < plan.outlook.saving_high_percent
+
+
+def test_runs_that_no_rule_explains_are_told(case):
+    paths, program, machine, asked = case
+    runs = observed(paths, machine, (1.0, 0.3))
+    rng = np.random.default_rng(4)
+    odd = replace(runs, duration_s=runs.duration_s * np.tile(rng.uniform(0.8, 1.4, paths.motions), 2))
+    overload = {"allow_overload_percent": 100.0}
+    for profiles in ("measured", "simulated"):
+        plan = rj.optimize(program, paths.robot, cycle_time=2.0 * asked, runs=odd, profiles=profiles, **overload)
+        assert any("no rule of a controller explains the runs" in warning for warning in plan.warnings)
+    trade = rj.pareto(program, paths.robot, runs=odd)
+    profile = rj.energy_profile(paths.robot, program=program, move=program.moves[0].name, runs=odd)
+    for told in (trade.warnings, profile.warnings):
+        assert any("no rule of a controller explains the runs" in warning for warning in told)
+    plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs)
+    assert not any("no rule" in warning for warning in plan.warnings)

@@ -87,6 +87,10 @@ def test_a_plan_that_is_the_program_as_given_saves_nothing_for_sure(profiles):
     assert saving == pytest.approx(0.0, abs=1e-9)
     unexplained = np.hypot(0.5, 0.5 * 100.0 * profiles.held_out_error)  # by no figure of the model
     assert high - low == pytest.approx(2.0 * 1.6449 * unexplained, rel=1e-3)
+    misled = replace(profiles, held_out_error=0.7)  # a rule that misses everything says no less than one 10 % off
+    assert saving_interval(misled, given, given, (waits, waits), (0.0, 0.0))[2] == pytest.approx(
+        1.6449 * 5.025, rel=1e-3
+    )
 
 
 def test_probabilities_of_being_late():

@@ -22,7 +22,7 @@ from reproduction.predictors.profile_parameters import bounded, input_names
 from reproduction.predictors.training import fit_models
 from reproduction.tables import columns
 from reproduction.tracking import store as _tracking
-from reproduction.tracking.trainings import registered_name
+from reproduction.tracking.trainings import load_estimator, registered_name
 from robojoule.errors import InputError
 from robojoule.profile.parameters import TARGETS
 from stages.build_features import build_features
@@ -252,9 +252,10 @@ def test_registered_models_are_read_back_and_predict_the_same(trained: Layout) -
         newest = max(int(found.version) for found in mlflow.MlflowClient().search_model_versions(f"name = '{name}'"))
         version = mlflow.MlflowClient().get_model_version(name, str(newest))
         assert version.tags["beats_baseline"] in ("true", "false")
-        served = mlflow.pyfunc.load_model(f"models:/{name}/{version.version}")
-        assert [column.name for column in served.metadata.signature.inputs] == list(input_names())
-        assert served.metadata.saved_input_example_info is not None
+        described = mlflow.models.get_model_info(f"models:/{name}/{version.version}")
+        assert [column.name for column in described.signature.inputs] == list(input_names())
+        assert described.saved_input_example_info is not None
+        served = load_estimator(mlflow, f"models:/{name}/{version.version}")
         loaded = load_predictor(trained.models_dir / model)
         np.testing.assert_allclose(served.predict(frame), loaded.predict(frame.to_numpy()), rtol=1e-11, atol=1e-9)
         assert ("champion" in version.aliases) == (version.tags["beats_baseline"] == "true")

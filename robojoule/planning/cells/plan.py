@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array
+from robojoule.planning.any_plan import gap_percent
 
 _SAME_S = 1e-6  # instants that are nearer to each other are one: rounding of the search
 
@@ -77,8 +78,7 @@ class CellPlan:
     @property
     def gap_percent(self) -> float:
         """By how much the energy lies above the proven bound at most, relative to the energy. [%]"""
-        energy = self.energy_j
-        return 100.0 * max(energy - self.bound_j, 0.0) / energy if energy > 0.0 else 0.0
+        return gap_percent(self.energy_j, self.bound_j)
 
     def powers_w(self) -> tuple[Array, Array]:
         """Power of all robots over a cycle, each activity at its mean power: times [s] and powers from them on [W]."""

@@ -22,6 +22,7 @@ from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.plan import CellPlan
 from robojoule.planning.cells.selection import plan_of
 from robojoule.programs.cell import Cell
+from robojoule.progress import Progress, heard_by
 
 TIME_LIMIT_S = 60.0
 GAP_PERCENT = 0.01
@@ -30,18 +31,14 @@ SHARE_OF_SEARCH = 0.4  # of the time, for the search before the model in cells o
 
 
 @dataclass(frozen=True)
-class Progress:
-    """How far a search is.
+class SearchProgress(Progress):
+    """How far a search is: `done` is the time since its start [s], `total` its time limit [s].
 
     Attributes:
-        cell: Name of the cell.
-        runtime_s: Time since the start. [s]
         energy_j: Energy of the best plan so far; infinity before the first. [J]
         bound_j: Proven bound so far. [J]
     """
 
-    cell: str
-    runtime_s: float
     energy_j: float
     bound_j: float
 
@@ -49,6 +46,17 @@ class Progress:
     def gap_percent(self) -> float:
         """By how much the energy may lie above the optimum; infinity before the first plan. [%]"""
         return 100.0 * (self.energy_j - self.bound_j) / self.energy_j if self.energy_j < math.inf else math.inf
+
+    @property
+    def text(self) -> str:
+        """The best plan so far, for people."""
+        if math.isinf(self.energy_j):
+            return f"{self.work}: no plan yet"
+        return f"{self.work}: {self.energy_j:.1f} J, bound {self.bound_j:.1f} J, gap {self.gap_percent:.3f} %"
+
+    def left_s(self, elapsed_s: float, done_before: float = 0.0) -> float:
+        """Time until the search ends at the latest. [s]"""
+        return max(self.total - self.done, 0.0)
 
 
 def solve_cell(
@@ -58,7 +66,7 @@ def solve_cell(
     gap_percent: float = GAP_PERCENT,
     threads: int = 1,
     seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SearchProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
     executor: Executor | None = None,
 ) -> CellPlan:
@@ -70,7 +78,7 @@ def solve_cell(
         gap_percent: Proven gap at which it ends. [%]
         threads: Threads of the solver.
         seed: Of random choices; equal seeds give equal plans where no time limit cuts.
-        progress: Is told whenever the best plan or the bound changes.
+        progress: Hears whenever the best plan or the bound changes, and once before (`SearchProgress`).
         stop: Is asked now and then whether the search shall end with the best plan so far.
         executor: Runs the annealing of large cells from as many seeds as there are threads beside each other: any
             executor of `concurrent.futures`, so also one of other machines; threads of this process if not given.
@@ -81,9 +89,9 @@ def solve_cell(
         PlanningError: No plan was found in time.
     """
     began = monotonic()
-    for key, call in (("progress", progress), ("stop", stop)):
-        if call is not None and not callable(call):
-            raise InputError(f"{shown(call)} cannot be called", key=key, allowed="a function")
+    if stop is not None and not callable(stop):
+        raise InputError(f"{shown(stop)} cannot be called", key="stop", allowed="a function")
+    listener = heard_by(progress)
     limits = Limits(
         until=began + as_number(time_limit_s, "time_limit", least=0.01, most=1e7, unit="s"),
         gap=as_number(gap_percent, "gap", least=0.0, most=100.0, unit="%") / 100.0,
@@ -92,13 +100,14 @@ def solve_cell(
         stop=stop,
     )
 
-    def tell(found: Found) -> None:
-        if progress is not None:
-            progress(Progress(cell.name, monotonic() - began, found.energy_j, found.bound_j))
+    def tell(energy_j: float, bound_j: float) -> None:
+        if listener is not None:
+            listener(SearchProgress(cell.name, monotonic() - began, limits.until - began, energy_j, bound_j))
 
+    tell(math.inf, 0.0)
     numbers = Numbering(cell)
     try:
-        found = _search(numbers, limits, tell, executor)
+        found = _search(numbers, limits, lambda best: tell(best.energy_j, best.bound_j), executor)
         if found.status == "infeasible":
             raise explain(numbers, limits)
     finally:

@@ -33,6 +33,7 @@ from robojoule.programs.cell import (
     StaticActivity,
     TimeLag,
 )
+from robojoule.progress import within
 from robojoule.robots.clearance import PlacedArm
 
 PROFILE_ERROR = 3e-4  # of a simulated profile, of the least energy of its motion
@@ -84,7 +85,8 @@ class CellWork:
         """Each motion with its convex profile, nowhere above the true one where that is simulated."""
         found: dict[tuple[int, int], list[tuple[str, Profiles]]] = {}
         for r, work in enumerate(self.works):
-            source = self._source(work)
+            with within(work.name):
+                source = self._source(work)
             for row, motion in enumerate(work.motions):
                 hull = source.enclosure(row).below.lower_hull
                 found[r, row] = [(motion.name, hull)]

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from robojoule.formats.program import Program
+from robojoule.planning.any_plan import gap_percent, percent
 from robojoule.planning.cells.plan import Step
 from robojoule.planning.robot_cells.cell_run import CellRun
 
@@ -72,13 +73,12 @@ class RobotCellPlan:
     @property
     def gap_percent(self) -> float:
         """By how much the energy lies above the bound at most, relative to the energy. [%]"""
-        return 100.0 * max(self.energy_j - self.bound_j, 0.0) / self.energy_j if self.energy_j > 0.0 else 0.0
+        return gap_percent(self.energy_j, self.bound_j)
 
     @property
     def saving_percent(self) -> float:
         """Energy that the plan saves against the programs as given. [%]"""
-        given = self.energy_given_j
-        return 100.0 * (given - self.energy_j) / given if given > 0.0 else 0.0
+        return percent(self.energy_given_j - self.energy_j, self.energy_given_j)
 
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data, ready for JSON."""

@@ -11,6 +11,7 @@ from robojoule.errors import InputError
 from robojoule.formats.robot_cell import Place, RobotCell
 from robojoule.planning.robot_cells.work import RobotWork
 from robojoule.programs.cell import Choice
+from robojoule.progress import told
 from robojoule.robots.clearance import PlacedArm, come_close, gaps_m
 
 Pairs = tuple[tuple[Choice, Choice], ...]
@@ -31,7 +32,7 @@ def meeting_pairs(cell: RobotCell, works: Sequence[RobotWork], arms: Sequence[Pl
     """
     found: list[tuple[Choice, Choice]] = []
     options = [work.courses() for work in works]
-    for a, b in combinations(range(len(works)), 2):
+    for a, b in told("shared space of two robots", list(combinations(range(len(works)), 2))):
         _check_bases(cell, arms, a, b)
         (names, courses), (others, other_courses) = options[a], options[b]
         close = come_close(arms[a], courses, arms[b], other_courses, cell.safety_distance_m)

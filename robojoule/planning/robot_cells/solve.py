@@ -14,18 +14,19 @@ from robojoule.formats.robot_cell import RobotCell
 from robojoule.inputs import as_number, shown
 from robojoule.planning.batch import SLOWEST_SPEED_LIMIT
 from robojoule.planning.cells.plan import CellPlan
-from robojoule.planning.cells.solve import Progress, solve_cell
+from robojoule.planning.cells.solve import solve_cell
 from robojoule.planning.guard import Guard
 from robojoule.planning.plan import waiting_until
 from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.cell_run import CellRun, simulate_cell
 from robojoule.planning.robot_cells.plan import RobotCellPlan
-from robojoule.planning.robot_cells.power import keep_apart, within_power
+from robojoule.planning.robot_cells.power import check_standing, keep_apart, within_power
 from robojoule.planning.robot_cells.shared_space import Pairs
 from robojoule.planning.robot_cells.speeds import Runs, exact_runs, whole_runs
 from robojoule.planning.robot_cells.timeline import Timeline
 from robojoule.planning.robot_cells.written import written_programs
 from robojoule.programs.cell import Cell
+from robojoule.progress import Listener, telling
 
 Source = Literal["simulated", "predicted"]
 TIME_LIMIT_S = 60.0
@@ -45,7 +46,7 @@ def plan_robot_cell(
     threads: int = 1,
     seed: int = 0,
     profiles: Source = "simulated",
-    progress: Callable[[Progress], None] | None = None,
+    progress: Listener | None = None,
     stop: Callable[[], bool] | None = None,
     executor: Executor | None = None,
     allow_overload_percent: float = 0.0,
@@ -59,7 +60,7 @@ def plan_robot_cell(
         threads: Threads of the solver.
         seed: Of random choices; equal seeds give equal plans where no time limit cuts.
         profiles: Where energies of the search come from: simulated or predicted. The plan is simulated either way.
-        progress: Is told whenever the best plan or the bound changes.
+        progress: Hears how far the work is, see `robojoule.progress`, and whenever the best plan or the bound changes.
         stop: Is asked now and then whether the search shall end with the best plan so far.
         executor: See `robojoule.planning.cells.solve.solve_cell`.
         allow_overload_percent: By how much torques may exceed the peak limits. [%]
@@ -76,13 +77,16 @@ def plan_robot_cell(
     guard = Guard.of(cell.peak_power_w, allow_overload_percent)
     robots = tuple(replace(one, robot=guard.bearing(one.robot)) for one in cell.robots)
     work = CellWork.of(replace(cell, robots=robots), SLOWEST_SPEED_LIMIT, profiles)
+    if cell.peak_power_w is not None:
+        check_standing(work, cell.peak_power_w)
     search = Search(
         work,
-        {"threads": threads, "seed": seed, "progress": progress, "stop": stop, "executor": executor},
+        {"threads": threads, "seed": seed, "stop": stop, "executor": executor},
         as_number(time_limit_s, "time_limit", least=0.01, most=1e7, unit="s"),
         as_number(gap_percent, "gap", least=0.0, most=100.0, unit="%"),
     )
-    found = search.run()
+    with telling(progress):
+        found = search.run()
     if found.run.violations:
         raise PlanningError(f"the simulated plan of cell '{cell.name}' does not hold: {found.run.violations[0]}")
     return _told(found, cell, guard)
@@ -193,6 +197,6 @@ def _told(found: RobotCellPlan, cell: RobotCell, guard: Guard) -> RobotCellPlan:
         judged, known = guard.judged(run, program, placed.program, placed.robot)
         programs.append(program)
         runs.append(judged)
-        warnings += [f"{placed.name}: {warning}" for warning in known]
+        warnings += [f"{placed.name}: {warning}" for warning in (*placed.assumed, *known)]
     told: CellRun = replace(found.run, runs=tuple(runs))
     return replace(found, programs=tuple(programs), run=told, warnings=tuple(warnings))

@@ -8,9 +8,11 @@ import pytest
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
 from robojoule.formats.robot_cell import Place
+from robojoule.planning.cells.solve import SearchProgress
 from robojoule.planning.robot_cells.fidelity import pose_of
 from robojoule.planning.robot_cells.solve import NOT_WHOLE, Search, plan_robot_cell
 from robojoule.planning.robot_cells.timeline import Timeline
+from robojoule.progress import Progress
 from robojoule.robots.controller_file import ControllerTiming
 from tests.planning.robot_cells.cases import LONG_S, plan_of_three, planned, six, three, work_of_three
 
@@ -112,6 +114,9 @@ def test_a_largest_power_is_kept():
     assert plan.energy_j >= free.bound_j
     with pytest.raises(InputError, match="peak_power_w"):
         plan_robot_cell(replace(three(), peak_power_w=150.0))
+    # Welding draws 1500 W, and the three robots stand at 48, 60 and 60 W at least.
+    with pytest.raises(InputError, match=r"robot welder.*after move 'to part'.*peak_power_w of at least 1668 W"):
+        plan_robot_cell(replace(three(), peak_power_w=1667.0))
 
 
 def test_a_cycle_that_is_too_short_is_refused_with_the_least_one():
@@ -136,15 +141,18 @@ def test_equal_seeds_give_equal_plans():
 
 def test_a_stopped_search_gives_its_best_plan():
     """The stop comes with the first plan of the search."""
-    seen: list[float] = []
+    seen: list[Progress] = []
     plan = plan_robot_cell(
         three(),
         gap_percent=0.0,
         time_limit_s=LONG_S,
-        progress=lambda at: seen.append(at.energy_j),
-        stop=lambda: any(np.isfinite(energy) for energy in seen),
+        progress=seen.append,
+        stop=lambda: any(isinstance(one, SearchProgress) and np.isfinite(one.energy_j) for one in seen),
     )
     assert plan.status == "feasible" and plan.run.violations == ()
+    assert [one.work for one in seen if one.done == 0.0 and one.work.startswith("shared")] == [
+        "shared space of two robots"
+    ]
 
 
 def test_a_plan_on_exact_speed_limits_holds_where_none_in_whole_percents_is_found(monkeypatch):

@@ -1,7 +1,7 @@
 import pytest
 
 from reproduction.report import tables
-from reproduction.report.labels import key_label
+from reproduction.report.labels import cell_label, column_label, key_label
 from reproduction.report.results import Results, number
 from tests.reproduction.report import toy
 
@@ -77,16 +77,42 @@ def test_difference_is_robojoule_s_less_the_thesis_s(toy_results: Results):
 @pytest.mark.parametrize(
     ("name", "shown"),
     [
-        ("ec_d_min_j", "EC d_min [J]"),
-        ("d_min_s", "d_min [s]"),
+        ("ec_d_min_j", "energy in it [J]"),
+        ("d_min_s", "least cycle time d_min [s]"),
         ("saving_percent", "saving [%]"),
         ("steepness_j_per_s", "steepness [J/s]"),
-        ("krc_polynomial_4_110_j", "KRC polynomial 4 110 [J]"),
+        ("krc_polynomial_4_110_j", "KRC polynomial, 4 segments, 110 % [J]"),
+        ("krc_110_j", "KRC polynomial, 110 % [J]"),
+        ("abs_difference_p25", "absolute difference 25 % quantile"),
         ("trees", "trees"),
     ],
 )
 def test_column_labels_hold_the_unit(name: str, shown: str):
-    assert tables.column_label(name) == shown
+    assert column_label(name) == shown
+
+
+@pytest.mark.parametrize(
+    ("column", "text", "shown"),
+    [
+        ("held", "true", "yes"),
+        ("method", "optimum", "proven optimum"),
+        ("model", "robojoule_predicted_50", "robojoule, predicted, 50 known motions"),
+        ("measure", "spearman", "Spearman's rank correlation"),
+        ("target", "median error of energy_saving_j", "median error of energy saving"),
+        ("target", "late_percent, mean", "late [%], mean"),
+        ("robot", "kuka_kr16_r2010_2", "kuka_kr16_r2010_2"),
+        ("tree_id", "experiment-01", "experiment-01"),
+    ],
+)
+def test_keys_in_cells_are_words(column: str, text: str, shown: str):
+    assert cell_label(column, text) == shown
+
+
+def test_decimals_of_a_column_are_alike_where_its_values_are_of_one_size():
+    rows = [{"mean": "0.5023"}, {"mean": "-0.0667"}, {"mean": "12.25"}]
+    assert [row[0] for row in tables._plain(rows, "x", frozenset()).rows] == ["0.50", "\u22120.07", "12.25"]
+    rows = [{"mean": "0.0023"}, {"mean": "1579.3"}]
+    assert [row[0] for row in tables._plain(rows, "x", frozenset()).rows] == ["0.0023", "1579"]
 
 
 def test_metrics_are_flattened():

@@ -4,8 +4,16 @@ from functools import cache
 
 import numpy as np
 
+from reproduction.config import ForestParams
 from reproduction.study.cases import PlantBatch, generate_trees, observe
-from reproduction.study.config import StudyMotionsParams
+from reproduction.study.config import (
+    ComparePredictorsParams,
+    EvaluateMotionsParams,
+    EvaluateRobotsParams,
+    StudyMotionsParams,
+    StudyParams,
+    load_study_params,
+)
 from reproduction.study.plant import Plant, PlantParams, draw_plant
 from robojoule.calibration.run_model import ObservedRuns
 from robojoule.robots import load_robot
@@ -55,3 +63,33 @@ def batch(of: Plant, trees: int, seed: int, payload_kg: float = 10.0) -> PlantBa
 
 def measured(of: Plant, trees: int, seed: int) -> ObservedRuns:
     return observe(batch(of, trees, seed), LIMITS, np.random.default_rng(seed)).thinned(3)
+
+
+def small_study() -> StudyParams:
+    """Parameters of small studies."""
+    return StudyParams(
+        plant=PlantParams(),
+        motions=MOTIONS,
+        compare_predictors=ComparePredictorsParams(
+            robot=nominal().name, payload_kg=10, trees=10, outer_folds=2, inner_folds=2, shallow_samples=50
+        ),
+        evaluate_motions=EvaluateMotionsParams(
+            robot=nominal().name,
+            payloads_kg=[0, 10],
+            training_trees=6,
+            test_trees=2,
+            unseen_payloads_kg=[0, 10],
+            unseen_training_trees=6,
+            unseen_test_trees=2,
+            random_forest=ForestParams(n_estimators=100, min_samples_leaf=2, max_features=0.5),
+        ),
+        evaluate_robots=EvaluateRobotsParams(
+            robots=["kuka_kr16_r1610_2", "ur_ur5e", "kuka_kr20_r1810_2"],
+            payload_share=0.5,
+            training_trees=3,
+            test_trees=2,
+            measured_motions=[0, 6],
+        ),
+        close_the_loop=load_study_params().close_the_loop,
+        plan_cells=load_study_params().plan_cells,
+    )

@@ -5,47 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reproduction.config import ForestParams
 from reproduction.study import comparison, regimes, three_numbers
 from reproduction.study.ablations import ABLATIONS, METHODS
-from reproduction.study.config import (
-    ComparePredictorsParams,
-    EvaluateMotionsParams,
-    EvaluateRobotsParams,
-    StudyParams,
-    load_study_params,
-)
-from reproduction.study.plant import PlantParams
+from reproduction.study.config import StudyParams, load_study_params
 from tests.reproduction.study import cases
 
 ROOT = Path(__file__).parents[3]
-ROBOT, PREDICTED = "kuka_kr16_r2010_2", "robojoule_predicted"
+PREDICTED = "robojoule_predicted"
 
 
 @pytest.fixture(scope="module")
 def params() -> StudyParams:
-    return StudyParams(
-        plant=PlantParams(),
-        motions=cases.MOTIONS,
-        compare_predictors=ComparePredictorsParams(
-            robot=ROBOT, payload_kg=10, trees=10, outer_folds=2, inner_folds=2, shallow_samples=50
-        ),
-        evaluate_motions=EvaluateMotionsParams(
-            robot=ROBOT,
-            payloads_kg=[0, 10],
-            training_trees=6,
-            test_trees=2,
-            unseen_payloads_kg=[0, 10],
-            unseen_training_trees=6,
-            unseen_test_trees=2,
-            random_forest=ForestParams(n_estimators=100, min_samples_leaf=2, max_features=0.5),
-        ),
-        evaluate_robots=EvaluateRobotsParams(
-            payload_share=0.5, training_trees=3, test_trees=2, measured_motions=[0, 6]
-        ),
-        close_the_loop=load_study_params(ROOT / "studies/params.yaml").close_the_loop,
-        plan_cells=load_study_params(ROOT / "studies/params.yaml").plan_cells,
-    )
+    return cases.small_study()
 
 
 def gap(tables, method, **key):
@@ -78,10 +49,9 @@ def test_an_unseen_payload_is_planned_near_the_optimum(params):
 
 
 def test_an_unseen_robot_gains_by_measured_motions(params):
-    names = ["kuka_kr16_r1610_2", "ur_ur5e", "kuka_kr20_r1810_2"]
-    tables = regimes.unseen_robot(params, lambda _: None, names)
+    tables = regimes.unseen_robot(params, lambda _: None)
     assert gap(tables, "robojoule_predicted_6", robot="all") < gap(tables, "nominal_physics", robot="all")
-    assert {row["robot"] for row in tables.coverage} == set(names)
+    assert {row["robot"] for row in tables.coverage} == set(params.evaluate_robots.robots)
 
 
 def test_cross_validation_holds_every_motion_out_once(params):
@@ -98,6 +68,12 @@ def test_cross_validation_holds_every_motion_out_once(params):
             row["rel_p50_percent"] for row in found.rows if row["model"] == model and "penalty" in str(row["target"])
         )
 
+    folds = params.compare_predictors.outer_folds
+    assert len(found.fold_rows) == folds * len(found.rows)
+    for row in found.rows:
+        own = [one for one in found.fold_rows if (one["model"], one["target"]) == (row["model"], row["target"])]
+        assert sum(int(one["motions"]) for one in own) == row["motions"]
+        assert max(one["rel_max_percent"] for one in own) == row["rel_max_percent"]
     assert penalty("robojoule_predicted") < min(penalty(model) for model in three_numbers.MODELS)
 
 
