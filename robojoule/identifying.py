@@ -1,4 +1,4 @@
-"""Drives, friction and timing of a machine from what was measured on it: the tasks of `identify` and its kin."""
+"""Drives, friction and timing of a machine from its own logs and runs: the tasks of identification."""
 
 from __future__ import annotations
 
