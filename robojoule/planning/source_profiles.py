@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing_fit import OF_STAMPS
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
 from robojoule.motion.blends import BlendedPaths
@@ -131,8 +132,15 @@ def move_profile(
         (energy + margin)[known],
         profiles,
     )
+    distinct = np.searchsorted(limits, believed.speed_limits)
+    # Where a duration was measured, what the rule does not tell is known but for the stamps.
+    stamped_s = np.maximum(found.duration_deviation_s[row], OF_STAMPS * runs.resolution_s)
+    deviation_s = np.where(np.isin(limits, own), stamped_s, found.single_deviations_s(row))
+    around_s = NORMAL_QUANTILE * deviation_s[distinct]
     return replace(
         believed,
+        low_s=frozen(np.maximum(believed.durations_s - around_s, 0.0)),
+        high_s=frozen(believed.durations_s + around_s),
         doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
         measured_speed_limits=frozen(own),
         rule=found.rule,

@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from reproduction.layout import Layout
+from reproduction.predictors.estimators import MODELS
 from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
 from tests.flows.test_pipeline import STAGES, project, with_first_command  # noqa: F401  project is a fixture
 from tests.flows.test_schedule import PATIENCE_S
@@ -48,7 +49,8 @@ def test_the_server_of_mlflow_is_killed_during_a_training(
     """The training is made, with the bytes of an undisturbed one; the same stage records it when a server is back."""
     folder = tmp_path / "copy"
     shutil.copytree(reproduced, folder, symlinks=True, ignore=shutil.ignore_patterns(".dvc", ".git", ".desk"))
-    models = {path: path.read_bytes() for path in Layout(reproduced).models_dir.rglob("*") if path.is_file()}
+    made = [path for model in MODELS for path in (Layout(reproduced).models_dir / model).iterdir()]
+    models = {path: path.read_bytes() for path in made}
     port = free_port()
     url = f"http://127.0.0.1:{port}"
     monkeypatch.setenv("MLFLOW_TRACKING_URI", url)
