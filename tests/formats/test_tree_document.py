@@ -1,13 +1,16 @@
 """What docs/operation-tree.md shows is read, refused and run as it says."""
 
+import json
 import re
 from pathlib import Path
 
+import jsonschema
 import pytest
 import yaml
 
 from robojoule.errors import InputError
 from robojoule.formats.program import load_program
+from robojoule.formats.tree_files import SCHEMA_FILE
 from robojoule.robots import load_robot
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "operation-tree.md"
@@ -24,7 +27,7 @@ def snippets(language: str) -> list[str]:
 
 def test_documented_tree_is_valid(robot, tmp_path):
     (text,) = snippets("yaml operation-tree")
-    jsonschema.Draft202012Validator(PUBLISHED_SCHEMA).validate(yaml.safe_load(text))
+    jsonschema.Draft202012Validator(json.loads(SCHEMA_FILE.read_text(encoding="utf-8"))).validate(yaml.safe_load(text))
     (tmp_path / "spot-weld.yaml").write_text(text)
     program = load_program(tmp_path / "spot-weld.yaml")
     program.check(robot)
