@@ -176,10 +176,17 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
     Returns:
         The run, or None if this store has none.
+
+    Raises:
+        InputError: The store or the server cannot be used.
     """
     if not _named() and not layout.mlflow_store.exists():
         return None  # a look must not create a store
-    client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
+    with _said(store_uri(layout)):
+        return _newest(_mlflow().MlflowClient(tracking_uri=store_uri(layout)), model, data, config)
+
+
+def _newest(client: Any, model: str, data: str, config: str | None) -> RecordedRun | None:
     experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
