@@ -9,6 +9,7 @@ import hashlib
 import json
 import logging
 import os
+import sqlite3
 import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -20,6 +21,7 @@ from pydantic import BaseModel
 
 from reproduction.layout import Layout
 from reproduction.settings import apply_settings
+from reproduction.tracking.store_file import newest_run
 from robojoule.documents import atomic_path, reason
 from robojoule.errors import InputError, RobojouleError
 
@@ -179,11 +181,15 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     """
     if not _named() and not layout.mlflow_store.exists():
         return None  # a look must not create a store
+    wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
+    if not _named():
+        with suppress(sqlite3.Error):  # then MLflow itself is asked
+            found = newest_run(layout.mlflow_store, PIPELINE, wanted, "git_commit")
+            return None if found is None else RecordedRun(found[0], found[1], model, data, found[2])
     client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
     experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
-    wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
     condition = " and ".join([f"tags.{key} = '{value}'" for key, value in wanted.items()])
     runs = client.search_runs(
         [experiment.experiment_id],
