@@ -39,7 +39,7 @@ from reproduction.predictors.estimators import MODELS
 from reproduction.profile_predictor.training import MODEL
 from reproduction.settings import address
 from reproduction.tracking.store import data_hash, find_run
-from robojoule.errors import RobojouleError
+from robojoule.errors import InputError, RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
 MLFLOW_UI = address("mlflow")
@@ -193,8 +193,11 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
     """
     layout = Layout(root)
     data = data_hash(layout.features)
-    runs = [run for model in (*MODELS, MODEL) if (run := find_run(layout, model, data))]
-    lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
+    try:
+        runs = [run for model in (*MODELS, MODEL) if (run := find_run(layout, model, data))]
+        lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
+    except InputError as error:  # the results are there all the same
+        runs, lines = [], [f"They cannot be looked up: {error}"]
     text = "\n".join(
         [
             f"Training runs on features with MD5 `{data}`:",

@@ -178,6 +178,9 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
 
     Returns:
         The run, or None if this store has none.
+
+    Raises:
+        InputError: The store or the server cannot be used.
     """
     if not _named() and not layout.mlflow_store.exists():
         return None  # a look must not create a store
@@ -186,7 +189,12 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
         with suppress(sqlite3.Error):  # then MLflow itself is asked
             found = newest_run(layout.mlflow_store, PIPELINE, wanted, "git_commit")
             return None if found is None else RecordedRun(found[0], found[1], model, data, found[2])
-    client = _mlflow().MlflowClient(tracking_uri=store_uri(layout))
+    with _said(store_uri(layout)):
+        return _newest(_mlflow().MlflowClient(tracking_uri=store_uri(layout)), wanted)
+
+
+def _newest(client: Any, wanted: Mapping[str, str]) -> RecordedRun | None:
+    """Newest finished run with some tags, asked of MLflow."""
     experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
@@ -200,7 +208,8 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     if not runs:
         return None
     tags = runs[0].data.tags
-    return RecordedRun(runs[0].info.run_id, experiment.experiment_id, model, data, tags["git_commit"])
+    run = runs[0].info.run_id
+    return RecordedRun(run, experiment.experiment_id, wanted["model"], wanted["data_hash"], tags["git_commit"])
 
 
 def store_uri(layout: Layout) -> str:
