@@ -9,7 +9,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks import commands, pipeline, planning, scale, series, simulation, table
+from benchmarks import commands, pipeline, planning, scale, series, simulation, starts, table
 from benchmarks.measure import machine, versions
 from robojoule.documents import write_document
 
@@ -27,6 +27,7 @@ def main() -> None:
             "series": lambda: series.measure(folder),
             "planning": planning.measure,
             "commands": commands.measure,
+            "starts": lambda: starts.measure(folder),
             "scale": lambda: scale.measure(folder, full),
             **({"pipeline": lambda: pipeline.measure(folder)} if full else {}),
         }

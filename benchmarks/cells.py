@@ -1,16 +1,21 @@
-"""Plans of cells against published results: `python -m benchmarks.cells --instances FOLDER [--seconds S] [NAME ...]`.
+"""Plans of cells against published results.
 
-FOLDER holds the XML files of the published benchmark, which is not part of this project. Without it, cells of
-`benchmarks.generated_cells` are planned. Every plan passes the independent check; one line of JSON per cell.
+`python -m benchmarks.cells --instances FOLDER [--seconds S] [--seeds 1,2,3] [NAME ...]`: FOLDER holds the XML files of
+the published benchmark, which is not part of this project. Without it, cells of `benchmarks.generated_cells` are
+planned. Every plan passes the independent check; one line of JSON for each cell and seed, and one with the median
+where a cell has several.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
+from typing import Any
 
 from benchmarks.generated_cells import generate_cell
 from robojoule.errors import RobojouleError
@@ -74,16 +79,17 @@ def with_modes(cell: Cell, count: int) -> Cell:
     return replace(cell, robots=tuple(robots))
 
 
-def result(cell: Cell, seconds: float, threads: int, seed: int) -> dict[str, object]:
+def result(cell: Cell, seconds: float, threads: int, seed: int) -> dict[str, Any]:
     """Figures of one cell."""
     told: list[SearchProgress] = []
     try:
         plan: CellPlan = solve_cell(cell, time_limit_s=seconds, threads=threads, seed=seed, progress=told.append)
     except RobojouleError as error:
-        return {"cell": cell.name, "message": str(error)}
+        return {"cell": cell.name, "seed": seed, "message": str(error)}
     first = next((one.done for one in told if one.energy_j < float("inf")), plan.runtime_s)
     return {
         "cell": cell.name,
+        "seed": seed,
         "status": plan.status,
         "feasible": check_plan(cell, plan).feasible,
         "energy_j": round(plan.energy_j, 2),
@@ -101,14 +107,31 @@ def main() -> None:
     parser.add_argument("--instances", type=Path, metavar="FOLDER")
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seeds", default="0", help="of each cell one after another, joined by commas")
     parser.add_argument("--savings", action="store_true", help="savings by speeds and modes against full speed")
     given = parser.parse_args()
     for cell in cells(given.instances, given.names):
         if given.savings:
             print(json.dumps({"cell": cell.name, **savings(cell, given.seconds)}), flush=True)
-        else:
-            print(json.dumps(result(cell, given.seconds, given.threads, given.seed)), flush=True)
+            continue
+        found = []
+        for seed in map(int, given.seeds.split(",")):
+            found.append(result(cell, given.seconds, given.threads, seed))
+            print(json.dumps(found[-1]), flush=True)
+        if len(found) > 1:
+            print(json.dumps({"cell": cell.name, **medians(found)}), flush=True)
+
+
+def medians(results: list[dict[str, Any]]) -> dict[str, float]:
+    """Medians of some results of a cell and the worst energy; a seed without a plan counts as infinitely bad."""
+    energies = [one.get("energy_j", math.inf) for one in results]
+    gaps = [one.get("gap_percent", math.inf) for one in results]
+    return {
+        "median_energy_j": median(energies),
+        "worst_energy_j": max(energies),
+        "median_gap_percent": median(gaps),
+        "worst_first_plan_s": max(one.get("first_plan_s", math.inf) for one in results),
+    }
 
 
 def savings(cell: Cell, seconds: float) -> dict[str, float]:

@@ -109,10 +109,24 @@ ROWS: tuple[tuple[str, str, str, str, str], ...] = (
         "{noop_make_repro_s} s",
     ),
     (
+        "starts",
+        "flow_over_server",
+        "`make flow`, nothing to do, over the start of Prefect's server",
+        "at most 1.5",
+        "{flow_s} s against {server_s} s at a load of {load}",
+    ),
+    (
+        "starts",
+        "scale_over_server",
+        "`flows.scale` for 20 motions over the start of Prefect's server",
+        "",
+        "{scale_s} s against {server_s} s at a load of {load}",
+    ),
+    (
         "pipeline",
         "pipeline_over_bare_work",
         "`dvc repro -f` over bare writing and bare fits",
-        "at most 4",
+        "at most 2.5",
         "{pipeline_s} s (target: 90) against {bare_work_s} s; {peak_mib} MiB (target: 2048)",
     ),
 )

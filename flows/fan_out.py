@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -63,14 +63,17 @@ def fan_out(stage: str, target: str, root: Path, tasks: TaskRunner[Any], force: 
     Returns:
         Whether it did.
     """
-    if stage not in FANNED or not (force or _would_run(root, target)):
+    if stage not in FANNED or not (force or changed(root, [target])):
         return False
     compute_parts.with_options(name=f"fan-out-{stage}", task_runner=tasks)(stage, root.resolve())
     return True
 
 
-def _would_run(root: Path, target: str) -> bool:
-    """Whether DVC finds a stage out of date."""
-    words = [sys.executable, "-m", "dvc", "status", "--json", target]
+def changed(root: Path, targets: Sequence[str]) -> set[str]:
+    """Those of some stages, named as DVC takes them, that it finds out of date; all where it fails: so will they."""
+    words = [sys.executable, "-m", "dvc", "status", "--json", *targets]
     done = subprocess.run(words, cwd=root, capture_output=True, text=True, check=False)
-    return done.returncode != 0 or json.loads(done.stdout.strip() or "{}") != {}
+    if done.returncode != 0:
+        return set(targets)
+    found = json.loads(done.stdout.strip() or "{}")
+    return {target for target in targets if target in found}

@@ -1,8 +1,8 @@
 """The pipeline as a Prefect flow.
 
 DVC decides what is out of date and keeps the results; Prefect brings schedule, retries, timeouts and artifacts; MLflow
-keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is a
-task that ends at once.
+keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is
+not started.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.task_runners import TaskRunner
 
 from flows import lifeline
-from flows.fan_out import fan_out
+from flows.fan_out import changed, fan_out
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
@@ -224,9 +225,14 @@ def reproduce(
         tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
+    # One look at all costs as much as one at a single stage. After a stage that ran, each is looked at anew.
+    outdated = set(targets) if force else changed(root, targets)
     outcome: dict[str, str] = {}
     for done, target in enumerate(targets, start=1):
         name = target.rpartition(":")[2]
+        if "ran" not in outcome.values() and target not in outdated:
+            outcome[name] = "unchanged"
+            continue
         if tasks is not None:
             fan_out(name, target, root, tasks, force)
         outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(target, root, force)
@@ -235,6 +241,8 @@ def reproduce(
             progress=100.0 * done / len(targets),
             description=f"{done} of {len(targets)} stages: {name} {outcome[name]}",
         )
+    if "ran" not in outcome.values():
+        update_progress_artifact(progress, progress=100.0, description=f"all {len(targets)} stages are up to date")
     return outcome
 
 
@@ -281,8 +289,11 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
+    layout = Layout(arguments.root)
+    if layout.mlflow_store.exists():  # loaded while the server starts: the links to training runs need it
+        threading.Thread(target=import_module, args=("mlflow",), daemon=True).start()
     try:
-        with prefect_server(Layout(arguments.root)):
+        with prefect_server(layout):
             pipeline(
                 arguments.root,
                 force=arguments.force,

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from tests.conftest import ROOT, run
+from tests.reproduction.study.cases import small_study
 
 IDENTITY = ("-c", "user.name=toy", "-c", "user.email=toy@example.org")
 
@@ -33,6 +34,28 @@ def test_a_fresh_clone_has_the_results_and_nothing_to_do(pushed: Path, reproduce
     assert "up to date" in run("dvc", "status", "dvc.yaml", cwd=pushed).stdout
     assert (pushed / "reports/index.html").read_bytes() == (reproduced / "reports/index.html").read_bytes()
     assert run("git", "status", "--porcelain", cwd=pushed).stdout == ""
+
+
+def test_push_and_pull_without_a_target_bring_the_studies_too(reproduced: Path, tmp_path: Path):
+    """After both were run; of the studies one is enough here."""
+    project, clone = tmp_path / "project", tmp_path / "clone"
+    shutil.copytree(reproduced, project, symlinks=True)
+    studies = project / "studies"
+    stages = yaml.safe_load((studies / "dvc.yaml").read_text(encoding="utf-8"))["stages"]
+    one = {"stages": {"evaluate_robots": stages["evaluate_robots"]}}
+    (studies / "dvc.yaml").write_text(yaml.safe_dump(one, sort_keys=False), encoding="utf-8")
+    (studies / "params.yaml").write_text(yaml.safe_dump(small_study().model_dump(mode="json")), encoding="utf-8")
+    (studies / "dvc.lock").unlink()
+    for words in (["repro", "studies/dvc.yaml"], ["repro"], ["push"]):
+        run("dvc", *words, cwd=project)
+    run("git", "add", "-A", cwd=project)
+    run("git", *IDENTITY, "commit", "-qm", "Results and studies", cwd=project)
+    run("git", "clone", "-q", str(project), str(clone), cwd=project)
+    run("dvc", "pull", cwd=clone)
+    assert "up to date" in run("dvc", "status", cwd=clone).stdout
+    for file in ("studies/data/robots_plans.parquet", "data/plans.parquet"):
+        assert (clone / file).read_bytes() == (project / file).read_bytes()
+    assert run("git", "status", "--porcelain", cwd=clone).stdout == ""
 
 
 def test_metrics_fit_a_screen(pushed: Path):

@@ -14,6 +14,7 @@ from robojoule.robots.robot import Payload, Robot
 STEP = 0.2  # of the rated payload: change of mass from which its effect is taken
 LEAST_SHARE = 0.15  # of the rated payload by which a mass must differ to be told
 SURE = 4.0  # standard deviations
+FEWEST_MOTIONS = 6  # that are fitted: below, a mass stands for friction of motions that are not there
 
 
 def payload_that_fits(
@@ -24,7 +25,7 @@ def payload_that_fits(
     Other figures are free to move along, as in the fit itself: a mass that friction can stand for is not told. [kg]
 
     Args:
-        log: The log; one with payloads of its own is not checked.
+        log: The log; one with payloads of its own, or of few motions, is not checked.
         robot: The robot with the payload that is said.
         vector: Parameters of the fit.
         signals: The prepared log.
@@ -32,7 +33,7 @@ def payload_that_fits(
         window_s: Length over which power was averaged. [s]
     """
     given, rated = robot.payload.mass_kg, robot.file.rated_payload_kg
-    if log.payload_kg is not None or rated <= 0.0:
+    if log.payload_kg is not None or rated <= 0.0 or signals.training_blocks < FEWEST_MOTIONS:
         return None
     step = STEP * rated if given + STEP * rated <= rated else -STEP * rated
     other = Robot(robot.file, Payload(given + step, robot.payload.com_m)).variant(drives=robot.drives)

@@ -11,7 +11,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.calibration.run_checks import check_runs
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule
+from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule, rule_scores
 from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, Candidate, candidates
 from robojoule.documents import parse
 from robojoule.errors import InputError
@@ -213,6 +213,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
         raise InputError(problem, file=runs.source, allowed=f"at least {FEWEST_MOTIONS} different motions")
     speeds = int(np.unique(runs.speed_limits).size)
     fits = fit_all(paths, durations, one_speed=speeds == 1)
+    scores = rule_scores(fits)[:, 0]
     chosen = fits[int(best_rules(fits)[0])]
     error = float(chosen.held_out_error(durations)[0])
     nominal = nominal_durations(paths, runs)
@@ -224,9 +225,10 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
             RuleScore(
                 fit.candidate.name,
                 100.0 * float(fit.held_out_error(durations)[0]),
-                float(chosen.score[0] - fit.score[0]),
+                float(scores.min() - scores[place]),
             )
-            for fit in sorted(fits, key=lambda fit: float(fit.score[0]))
+            for place in np.argsort(scores, kind="stable").tolist()
+            for fit in [fits[place]]
         ),
         parameters=tuple(_parameters(chosen, paths.robot)),
         controller=chosen.candidate.timing(chosen.x[0], error),

@@ -1,10 +1,15 @@
-"""Fit the rules of `robojoule.calibration.timing_rules` to measured durations and choose one by held-out error.
+"""Fit the rules of `robojoule.calibration.timing_rules` to measured durations and choose one by how probable they are.
 
 Each rule is fitted by Gauss-Newton to the maximum of its posterior. What it says of a motion that it was not fitted to
 follows from the same linearisation without further fits: with whitened residuals r, derivatives J and the posterior
 covariance S, the residuals of motion b left out are (1 - H)^-1 r_b, H = J_b S J_b', and their covariance is
-(1 - H)^-1. The rule of the highest probability of all motions, each left out in turn, is taken; where no rule explains
-the durations to within their noise, the noise counts as that much larger.
+(1 - H)^-1. Where no rule explains the durations to within their noise, the noise counts as that much larger.
+
+Where a rule does, the most probable one is taken: the probability of all durations, the rule's figures integrated out
+round the maximum of the posterior. A figure that might have had many values, or has one far from what was expected, so
+counts against its rule. That serves only where one of the rules is right, and where runs have several speed limits:
+those at one hardly tell velocities from accelerations. Else that rule is taken which makes motions left out most
+probable.
 """
 
 from __future__ import annotations
@@ -14,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robojoule.arrays import Array, Index
+from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.timing_rules import Candidate
 
 RELATIVE_ERROR = 0.002  # of durations beside the resolution of their stamps
@@ -22,6 +27,7 @@ OF_STAMPS = 0.408  # standard deviation of a difference of two rounded instants 
 _ITERATIONS = 14
 _LARGEST_STEP = 1.5  # prior standard deviations
 _CONVERGED = 1e-4
+_DEVIATIONS = 2.0  # of a sum of squares, beyond which durations are not explained
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +72,11 @@ class RuleFit:
         x: Entries, shape (B, P).
         covariance: Their covariance, shape (B, P, P), the noise enlarged by `excess`.
         excess: By how much residuals exceed their noise, shape (B,); at least 1. [-]
-        score: Minus the logarithm of the probability of motions left out, shape (B,).
+        improbability: Minus the logarithm of the probability of the durations, shape (B,).
+        explained: Whether the durations, at several speed limits, are what the rule and its prior say to within their
+            noise, shape (B,).
+        left_out_improbability: Minus the logarithm of the probability of motions left out, shape (B,).
+        freedom: Share of freedom that the fit leaves to the residuals, shape (B,). [-]
         held_out_s: Errors of runs whose motion was left out, measured less modelled, shape (B, R). [s]
     """
 
@@ -74,7 +84,10 @@ class RuleFit:
     x: Array
     covariance: Array
     excess: Array
-    score: Array
+    improbability: Array
+    explained: Mask
+    left_out_improbability: Array
+    freedom: Array
     held_out_s: Array
 
     def held_out_error(self, durations: Durations) -> Array:
@@ -110,13 +123,19 @@ def fit_rule(candidate: Candidate, durations: Durations) -> RuleFit:
         log_det += np.linalg.slogdet(within)[1]
     count = residual.shape[1]
     excess = np.maximum(np.sqrt(square / count), 1.0)
-    score = count * np.log(excess) + square / (2.0 * excess**2) - log_det / 2.0
+    left_out_improbability = count * np.log(excess) + square / (2.0 * excess**2) - log_det / 2.0
+    prior_square = (((x - candidate.mean) / candidate.spread) ** 2).sum(axis=1)
+    miss = (residual**2).sum(axis=1) + prior_square
+    volume = np.linalg.slogdet(normal)[1] / 2.0 + np.log(candidate.spread).sum()
     return RuleFit(
         candidate,
         x.reshape(sets, entries),
         covariance * excess[:, None, None] ** 2,
         excess,
-        score,
+        miss / 2.0 + volume,
+        (miss <= count + _DEVIATIONS * np.sqrt(2.0 * count)) & (np.ptp(durations.limits, axis=1) > 0.0),
+        left_out_improbability,
+        1.0 - np.einsum("brp,brp->b", half, jacobian) / count,
         left_out * durations.deviation_s,
     )
 
@@ -127,6 +146,15 @@ def _whitened(candidate: Candidate, durations: Durations, x: Array) -> tuple[Arr
     return (durations.duration_s - modelled) / scale, jacobian / scale[..., None]
 
 
+def rule_scores(fits: Sequence[RuleFit]) -> Array:
+    """Minus the logarithms of probabilities by which some fits are weighed, shape (rules, B)."""
+    explained = np.stack([fit.explained for fit in fits]).any(axis=0)
+    scores, left_out = (
+        np.stack([getattr(fit, name) for fit in fits]) for name in ("improbability", "left_out_improbability")
+    )
+    return np.asarray(np.where(explained, scores, left_out))
+
+
 def best_rules(fits: Sequence[RuleFit]) -> Index:
     """Which of some fits explains each data set best, shape (B,); the earlier one of equals."""
-    return np.asarray(np.argmin(np.stack([fit.score for fit in fits]), axis=0))
+    return np.asarray(np.argmin(rule_scores(fits), axis=0))

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robojoule.formats.program import Program
+    from robojoule.robots.robot import Robot
+
+
+def payloads_kg(program: Program, robot: Robot) -> list[float]:
+    """What the robot carries in the moves of a program, each once, in the order of the moves. [kg]"""
+    carried = program.for_robot(robot).tree.payloads()
+    return list(dict.fromkeys(float((robot.payload if one is None else one).mass_kg) for one in carried))
 
 
 def show_head(result: dict[str, Any]) -> None:
-    """Print which program on which robot."""
-    print(f"{result['program']} on {result['robot']}, payload {result['payload_kg']:g} kg")
+    """Print which program on which robot, and what it carries: what the program sets counts, if it does."""
+    *masses, last = [f"{mass:g}" for mass in result["payloads_kg"]]
+    is_set = result["payloads_kg"] != [result["payload_kg"]]
+    listed = f"{', '.join(masses)} and {last}" if masses else last
+    said = f"payload {listed} kg{' as the program sets it' if is_set else ''}"
+    print(f"{result['program']} on {result['robot']}, {said}")
 
 
 def show_loads(result: dict[str, Any], where: str = "") -> None:

@@ -21,6 +21,7 @@ from robojoule.cli._arguments import (
     wishes_of,
 )
 from robojoule.cli._models import model_folder
+from robojoule.cli._output import payloads_kg
 from robojoule.cli.optimize import show
 
 __all__ = ["add_arguments", "run", "show"]
@@ -76,5 +77,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             **wishes_of(arguments),
         )
     lost = () if arguments.out is None else save_plan(plan, arguments.out, robot)
-    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"payloads_kg": payloads_kg(program, robot), "program_notes": [*program.notes, *lost]}
+    told |= {"diff": plan.program.diff()} if arguments.diff else {}
     return {**plan.to_dict(), **told, "out": str(arguments.out) if arguments.out is not None else None}

@@ -25,7 +25,7 @@ from robojoule.cli._arguments import (
     wishes_of,
 )
 from robojoule.cli._models import model_folder
-from robojoule.cli._output import show_diff, show_head, show_loads, show_moves, show_outlook, show_written
+from robojoule.cli._output import payloads_kg, show_diff, show_head, show_loads, show_moves, show_outlook, show_written
 from robojoule.year import yearly
 
 if TYPE_CHECKING:
@@ -96,7 +96,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             page.save(arguments.page)
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation)
     written = {name: str(path) if (path := getattr(arguments, name)) else None for name in ("out", "page")}
-    told = {"program_notes": [*program.notes, *lost]} | ({"diff": plan.program.diff()} if arguments.diff else {})
+    told = {"payloads_kg": payloads_kg(program, robot), "program_notes": [*program.notes, *lost]}
+    told |= {"diff": plan.program.diff()} if arguments.diff else {}
     return {**plan.to_dict(), "yearly": year.to_dict(), **told, **written}
 
 

@@ -20,7 +20,7 @@ from robojoule.cli._arguments import (
     trade_off_of,
 )
 from robojoule.cli._models import model_folder
-from robojoule.cli._output import show_head, show_loads, show_written
+from robojoule.cli._output import payloads_kg, show_head, show_loads, show_written
 
 _ROWS_SHOWN = 12
 
@@ -71,6 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
         contents[arguments.plot] = drawing_of(result)
     write_files(contents)
+    result["payloads_kg"] = payloads_kg(program, robot)
     return {**result, **{name: str(path) if (path := getattr(arguments, name)) else None for name in ("csv", "plot")}}
 
 

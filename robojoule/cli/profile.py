@@ -90,16 +90,28 @@ def show(result: dict[str, Any]) -> None:
     by = f", {result['profiles']} profile" if result["profiles"] != "simulated" else ""
     rule = f" ({result['rule']})" if result["rule"] else ""
     print(f"{result['robot']}, payload {result['payload_kg']:g} kg{by}{rule}")
-    has_interval = result["energy_low_j"] is not None
-    print("speed limit [%]  duration [s]  energy [J]" + ("  90 % interval [J]" if has_interval else ""))
+    durations = _with_interval(result, "duration", "s", 4, 12)
+    energies = _with_interval(result, "energy", "j", 1, 10)
+    print(f"speed limit [%]{durations[0]}{energies[0]}")
     for row, limit in enumerate(result["speed_limit_percent"]):
-        interval = f"{result['energy_low_j'][row]:9.1f}{result['energy_high_j'][row]:10.1f}" if has_interval else ""
         mark = "  measured" if limit in result["measured_speed_limit_percent"] else ""
         mark += "  optimum" if limit == result["optimal_speed_limit_percent"] else ""
-        print(f"{limit:15.1f}  {result['duration_s'][row]:12.4f}  {result['energy_j'][row]:10.1f}{interval}{mark}")
+        print(f"{limit:15.1f}{durations[row + 1]}{energies[row + 1]}{mark}")
     print(f"saving at the optimum: {result['energy_saving_j']:.1f} J against full speed")
     print(
         f"idle power: {result['idle_power_start_w']:.1f} W at the start, {result['idle_power_end_w']:.1f} W at the end"
     )
     for warning in result["warnings"]:
         print(f"warning: {warning}")
+
+
+def _with_interval(result: dict[str, Any], name: str, unit: str, digits: int, width: int) -> list[str]:
+    """Header and cells of a column, with the interval where there is one."""
+    values, low, high = (result[f"{key}_{unit}"] for key in (name, f"{name}_low", f"{name}_high"))
+    shown = f"[{unit.upper() if unit == 'j' else unit}]"
+    cells = [f"  {name} {shown}", *(f"  {value:{width}.{digits}f}" for value in values)]
+    if low is None:
+        return cells
+    ends = [f"{first:{width - 1}.{digits}f}{last:{width - 2}.{digits}f}" for first, last in zip(low, high, strict=True)]
+    heads = f"90 % interval {shown}"
+    return [text + end.rjust(len(heads) + 2) for text, end in zip(cells, [heads, *ends], strict=True)]

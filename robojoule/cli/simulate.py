@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from robojoule.cli._arguments import add_program, add_robot, program_and_robot_of
-from robojoule.cli._output import show_head, show_loads, show_moves
+from robojoule.cli._output import payloads_kg, show_head, show_loads, show_moves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,6 +22,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     program, robot = program_and_robot_of(arguments)
     cycle = simulate(program, robot)
     head = {"program": program.name, "robot": robot.name, "payload_kg": float(robot.payload.mass_kg)}
+    head["payloads_kg"] = payloads_kg(program, robot)
     return {**head, **cycle.to_dict(), "program_notes": list(program.notes)}
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robojoule.documents import check_output
 from robojoule.errors import InputError
 from robojoule.formats.format import Format
+from robojoule.formats.joint_motions import as_joint_motions
 from robojoule.formats.position_files import PositionFiles
 from robojoule.formats.program import Program
 from robojoule.formats.registry import format_of
@@ -22,6 +25,9 @@ from robojoule.programs.operation_tree import (
     UnknownOperation,
 )
 from robojoule.robots.robot import Robot
+
+_NAME = re.compile(r"'[^']*'")
+_MOST_NAMED = 6  # of what a sentence holds for, beside the first
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,24 @@ def converted(program: Program, path: str | Path, robot: Robot | None = None) ->
         known.save(target)
         return Conversion(target, found.name, len(tree.moves()), ())
     lost = _written(found, known, tree, target, robot)
-    lost = (*(f"{note} (of the program that was read)" for note in known.notes), *lost)
+    lost = (*(f"{note} (of the program that was read)" for note in known.notes), *_said_once(lost))
     return Conversion(target, found.name, len(tree.moves()), lost)
+
+
+def _said_once(sentences: Sequence[str]) -> list[str]:
+    """Sentences of which those that differ in a name alone are one, with the other names behind it."""
+    names: dict[str, list[str]] = {}
+    first: dict[str, str] = {}
+    for sentence in sentences:
+        kind = _NAME.sub("''", sentence)
+        first.setdefault(kind, sentence)
+        names.setdefault(kind, []).append(" ".join(_NAME.findall(sentence)))
+    found = []
+    for kind, sentence in first.items():
+        _, *others = names[kind]
+        more = f", and {len(others) - _MOST_NAMED} more" if len(others) > _MOST_NAMED else ""
+        found.append(sentence + (f" (and so of {', '.join(others[:_MOST_NAMED])}{more})" if others else ""))
+    return found
 
 
 def _written(
@@ -71,7 +93,9 @@ def _written(
         return found.create(tree, target, robot)
     lost: list[str] = []
     if isinstance(found, PositionFiles):
+        tree, unsaid = as_joint_motions(tree, robot)
         tree, lost = _moves_alone(tree)
+        lost = [*unsaid, *lost]
     replace(program, tree=tree, source=None).save(target)
     return tuple(lost)
 

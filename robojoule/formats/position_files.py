@@ -272,6 +272,8 @@ def _flat_moves(tree: OperationTree, path: Path) -> list[MoveOperation]:
             raise refuse(f"joint positions cannot hold the {operation.type} operation '{operation.name}'")
         if not operation.is_fine:
             raise refuse(f"joint positions cannot hold the coarse zone of move '{operation.name}'")
+        if operation.tool_path is not None:
+            raise refuse(f"joint positions cannot hold the path of move '{operation.name}'")
         if operation.speed_group is not None:
             raise refuse(f"joint positions cannot hold the speed group of move '{operation.name}'")
         if len(operation.target_rad) != len(tree.start_rad):

@@ -15,13 +15,15 @@ from robojoule.formats.tree_files import TreeFiles
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.formats.vendor.source import VendorSource
 from robojoule.formats.vendor.text import SourceText, unified_diff
-from robojoule.formats.vendor.trace import Beside, NeedsRobot
+from robojoule.formats.vendor.trace import Beside, NeedsRobot, told
 from robojoule.inputs import as_path, shown
 from robojoule.programs.operation_tree import PLANNED, MoveOperation, OperationTree
-from robojoule.programs.tree_check import check_tree
+from robojoule.programs.tree_check import check_tree, robot_warnings
 from robojoule.robots.pendant_file import ANGLES, Angles
 from robojoule.robots.robot import Robot
 
+# Whose robots run programs of a format.
+_VENDORS = {"KUKA KRL": "KUKA", "FANUC TP": "FANUC", "ABB RAPID": "ABB", "URScript": "Universal Robots"}
 WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 
 
@@ -154,7 +156,18 @@ class Program:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a vendor's program says that is kept as it is, assumed, or not known, a sentence each with its line."""
-        return () if self.source is None else tuple(map(str, self.source.resolution.notes))
+        return () if self.source is None else told(self.source.resolution.notes)
+
+    def warnings_for(self, robot: Robot) -> tuple[str, ...]:
+        """What to know before it is used on a robot, a sentence each: its angles, doubts, another vendor's language."""
+        vendor = _VENDORS.get(self.format or "", robot.vendor)
+        known = robot_warnings(self.tree, robot)
+        if robot.vendor not in _VENDORS.values() or vendor == robot.vendor:
+            return known
+        return (
+            f"the program is in the language of {vendor} ({self.format}), but {robot.name} is of {robot.vendor}",
+            *known,
+        )
 
     def diff(self) -> str:
         """What `save` would change in the files that the program was read from, as a unified diff; empty: nothing.

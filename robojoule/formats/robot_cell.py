@@ -41,6 +41,7 @@ class PlacedRobot:
         base: Where its base frame is in the cell.
         program: What it does in a cycle, which ends where it starts.
         alternatives: Other targets of moves, by the name of the move.
+        assumed: What was assumed of its program, a sentence each.
     """
 
     name: str
@@ -48,6 +49,7 @@ class PlacedRobot:
     base: Placement
     program: Program
     alternatives: Mapping[str, Alternatives] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
 
     def poses(self, move: str) -> tuple[str, ...]:
         """Names of the poses in which a move may end, that of the program first."""

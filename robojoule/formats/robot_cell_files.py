@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,6 +12,7 @@ from pydantic import Field
 
 from robojoule.documents import Document, parse, read_document, write_document
 from robojoule.errors import InputError
+from robojoule.formats.joint_motions import as_joint_motions
 from robojoule.formats.program import Program, load_program
 from robojoule.formats.robot_cell import (
     FARTHEST_M,
@@ -184,6 +186,8 @@ def _placed(one: _PlacedRobot, folder: Path, path: str | Path) -> PlacedRobot:
             robot = Robot(robot.file.model_copy(update={"standby": one.standby}), robot.payload, robot.source)
         program = _program(one, robot, folder, path)
         program.check(robot)
+        tree, assumed = as_joint_motions(program.tree, robot)
+        program = replace(program, tree=tree) if assumed else program
         if unknown := unknown_operations(program.tree):
             problem = f"nobody knows how long operation '{unknown[0].name}' takes"
             raise InputError(problem, allowed="a program whose operations all have their durations")
@@ -195,7 +199,7 @@ def _placed(one: _PlacedRobot, folder: Path, path: str | Path) -> PlacedRobot:
             raise
         where = f"{key}, {error.key}" if error.key else key
         raise InputError(error.problem, file=path, key=where, allowed=error.allowed) from None
-    return PlacedRobot(one.name, robot, one.base.placement(), program, alternatives)
+    return PlacedRobot(one.name, robot, one.base.placement(), program, alternatives, assumed)
 
 
 def _program(one: _PlacedRobot, robot: Robot, folder: Path, path: str | Path) -> Program:

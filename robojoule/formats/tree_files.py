@@ -22,6 +22,7 @@ from robojoule.programs.operation_tree import (
     PayloadOperation,
     ProcessOperation,
     ShareZone,
+    ToolPath,
     UnknownOperation,
     WaitOperation,
 )
@@ -35,7 +36,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "payload": PayloadOperation,
     "unknown": UnknownOperation,
 }
-_ZONES: dict[str, type[BaseModel]] = {"coarse": CoarseZone, "share": ShareZone}
+_MEMBERS: dict[str, type[BaseModel]] = {"coarse": CoarseZone, "share": ShareZone, "tool": ToolPath}
 
 
 class TreeFiles:
@@ -129,6 +130,9 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
     def compact(operation: dict[str, Any]) -> dict[str, Any]:
         fields = _MODELS[operation["type"]].model_fields
         kept = {k: v for k, v in operation.items() if k in ("type", "zone") or v != fields[k].default}
+        if isinstance(kept.get("path"), dict):
+            defaults = ToolPath.model_fields
+            kept["path"] = {k: v for k, v in kept["path"].items() if k == "type" or not _is(defaults[k].default, v)}
         if "operations" in kept:
             kept["operations"] = [compact(child) for child in kept["operations"]]
         return in_unit(kept, "target")
@@ -145,6 +149,10 @@ def tree_to_data(tree: OperationTree, *, as_degrees: bool = False) -> dict[str, 
         if data[key] == OperationTree.model_fields[key].default:
             del data[key]
     return {**data, "operations": [compact(operation) for operation in data["operations"]]}
+
+
+def _is(default: Any, value: Any) -> bool:
+    return bool(value == (list(default) if isinstance(default, tuple) else default))
 
 
 def _keys_in_degrees(data: Mapping[str, Any]) -> dict[str, str]:
@@ -235,8 +243,8 @@ def _place(
                 model = _MODELS[str(part)]
                 name = _name_of(here)
                 continue
-            if part in _ZONES:
-                model = _ZONES[str(part)]
+            if part in _MEMBERS:
+                model = _MEMBERS[str(part)]
                 continue
             if part not in here and not (missing and is_last):
                 continue

@@ -1,7 +1,8 @@
-"""Time series of one run of a blended motion."""
+"""Time series of one run of a motion that is made of several parts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from robojoule.arrays import Array
 from robojoule.motion.simulation import MotionPaths
 from robojoule.motion.time_laws import PathLaw
 from robojoule.robots.drives import mains_power_w
+from robojoule.robots.robot import Robot
 
 if TYPE_CHECKING:
     from robojoule.motion.blends import BlendedPaths
@@ -46,12 +48,22 @@ def sampled(paths: BlendedPaths, motion: int, move_limits: Array, rate_hz: float
         move_limits: Speed limits of all moves, shape (K,), fractions in (0, 1].
         rate_hz: Samples per second. [Hz]
     """
-    parts = list(_parts(paths, motion, move_limits))
+    return sampled_parts(paths.robot, _parts(paths, motion, move_limits), rate_hz)
+
+
+def sampled_parts(robot: Robot, parts: Sequence[tuple[MotionPaths, int, PathLaw]], rate_hz: float) -> BlendSamples:
+    """Time series of parts that are passed one after the other.
+
+    Args:
+        robot: The robot.
+        parts: Paths of each part, its row there, and its law.
+        rate_hz: Samples per second. [Hz]
+    """
     starts = np.cumsum([0.0, *(law.total_s for _, _, law in parts)])
     steps = int(np.floor(starts[-1] * rate_hz * (1.0 - 1e-12)))
     time = np.append(np.arange(steps + 1) / rate_hz, starts[-1])
     owner = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(parts) - 1)
-    joints = paths.robot.joint_count
+    joints = robot.joint_count
     table, power = np.empty((4, time.size, joints)), np.empty(time.size)
     for part in np.unique(owner).tolist():
         of, row, law = parts[part]
@@ -65,7 +77,7 @@ def sampled(paths: BlendedPaths, motion: int, move_limits: Array, rate_hz: float
         table[1, at] = slope * s1[:, None]
         table[2, at] = slope * s2[:, None] + bend * s1[:, None] ** 2
         table[3, at] = drawn.torque_nm[0]
-        power[at] = mains_power_w(paths.robot.drives, drawn.bus_w)[0]
+        power[at] = mains_power_w(robot.drives, drawn.bus_w)[0]
     return BlendSamples(time, table[0], table[1], table[2], table[3], power)
 
 
@@ -75,12 +87,12 @@ def _parts(paths: BlendedPaths, motion: int, move_limits: Array) -> list[tuple[M
     velocities = paths.timing.velocities(limits)
     found = []
     for leg in np.flatnonzero(corners.chain == motion).tolist():
-        found.append((paths.legs, leg, _single(paths.leg_laws(np.array([leg]), limits, velocities))))
+        found.append((paths.legs, leg, single_law(paths.leg_laws(np.array([leg]), limits, velocities))))
         for piece in np.flatnonzero(corners.before[corners.corner] == leg).tolist():
-            found.append((paths.pieces, piece, _single(paths.timing.piece_laws(velocities, np.array([piece])))))
+            found.append((paths.pieces, piece, single_law(paths.timing.piece_laws(velocities, np.array([piece])))))
     return found
 
 
-def _single(law: PathLaw) -> PathLaw:
+def single_law(law: PathLaw) -> PathLaw:
     """The one law of a table of one motion and one speed limit."""
     return PathLaw(law.duration_s[0, 0], law.jerk[0, 0], law.acceleration[0, 0], law.velocity[0, 0], law.position[0, 0])

@@ -94,8 +94,9 @@ def node_counts(robot: Robot, travel_rad: Array, degree: int = 1) -> Index:
     factors = np.arange(1, NODE_LADDER[-1] + 1)
     with np.errstate(divide="ignore"):
         left = NODE_LADDER - _FACTOR_NODES * (degree - 1)
-        decay = np.log(turning / 2.0)[:, None] * left - np.cumsum(np.log(factors))[left - 1]
-    enough = decay <= np.log(SERIES_TOLERANCE)
+        terms = np.maximum(left, 1)
+        decay = np.log(turning / 2.0)[:, None] * terms - np.cumsum(np.log(factors))[terms - 1]
+    enough = (decay <= np.log(SERIES_TOLERANCE)) & (left >= 1)
     far = np.ceil(NODE_LADDER[-1] + 2.0 * turning).astype(np.intp)
     return np.asarray(np.where(enough.any(axis=1), NODE_LADDER[enough.argmax(axis=1)], far))
 

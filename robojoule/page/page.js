@@ -29,10 +29,11 @@ for (const move of moves) {
 const limitFor = (move, duration) => interpolated(1 / Math.max(duration, 1e-9), ...move.speeds);
 const COLORS = { move: "#0072b2", process: "#009e73", wait: "#c9ced6", before: "#6b7280", accent: "#d55e00" };
 const byId = (id) => document.getElementById(id);
-const fixed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
-const grouped = (value, digits) => value.toLocaleString("en-GB", { minimumFractionDigits: digits,
+const rounded = (value, digits) => Number(value.toFixed(digits)) || 0; // no minus before nothing
+const fixed = (value, digits) => rounded(value, digits).toFixed(digits).replace("-", "\u2212");
+const grouped = (value, digits) => rounded(value, digits).toLocaleString("en-GB", { minimumFractionDigits: digits,
   maximumFractionDigits: digits }).replace("-", "\u2212");
-const whole = (value) => grouped(Math.round(value), 0);
+const whole = (value) => grouped(value, 0);
 const fixed2 = (value) => Number(value.toFixed(2));
 const figures = (value) => (Math.abs(value) >= 100 ? whole(value) : fixed(value, Math.abs(value) >= 10 ? 1 : 2));
 

@@ -14,7 +14,7 @@ from robojoule.arrays import Array
 from robojoule.documents import check_output, write_text
 from robojoule.errors import InputError
 from robojoule.inputs import as_path
-from robojoule.page.packed import DETAILS, packed, slider_end_s
+from robojoule.page.packing import DETAILS, packed, slider_end_s
 from robojoule.page.trace import CycleTrace, Step, cycle_trace
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun

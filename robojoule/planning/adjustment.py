@@ -16,7 +16,7 @@ from robojoule.planning.optimization import RELATIVE_GAP, Wish, profile_source, 
 from robojoule.planning.plan import Plan, plan_of, plan_warnings
 from robojoule.planning.schedule import CYCLE_TIME_TOLERANCE_S
 from robojoule.planning.source_plans import plan_on_source
-from robojoule.planning.whole_speeds import whole_speed_plan
+from robojoule.planning.whole_speeds import Pace, whole_speed_plan
 from robojoule.planning.writeback import write_plan
 from robojoule.programs.operation_tree import OperationTree
 
@@ -47,7 +47,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         raise InputError(
             f"the measured cycle of {measured_s:.6g} s makes motions {factor:.3g} times as long as simulated",
             key="measured_cycle",
-            allowed=f"up to {MOST_FACTOR:g} times; check robot, payload and program",
+            allowed=f"{1.0 / MOST_FACTOR:.2g} to {MOST_FACTOR:g} times; check robot, payload and program",
         )
     steps_s = required_s(batch)
     least_s = steps_s + factor * (float(batch.least_cycles_s[0]) - steps_s)
@@ -61,24 +61,10 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     source = profile_source(batch, wish)
     asked_s = max(steps_s + (wanted_s - kept_s - steps_s) / factor, float(batch.least_cycles_s[0]))
     schedule = plan_on_source(source, batch, np.array([[asked_s]]), relative_gap=RELATIVE_GAP).plans[0][0]
-    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent)
-    tree, graph = batch.trees[0], batch.graphs[0]
-    # Waits are the machine's own: what the schedule waits beyond the program's waits is that much longer, too.
-    least = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in graph.vertices])
-    waits = np.stack([whole.schedule.prior_waits_s, whole.schedule.post_waits_s], axis=1)
-    waits = least + factor * (waits - least)
-    waits[-1, 1] += kept_s
-    durations = factor * whole.schedule.durations_s
-    ends = np.cumsum(waits.sum(axis=1) + durations)
-    timed = replace(
-        whole.schedule,
-        cycle_time_s=wanted_s,
-        durations_s=durations,
-        prior_waits_s=waits[:, 0],
-        post_waits_s=waits[:, 1],
-        starts_s=ends - waits[:, 1] - durations,
-    )
-    written = write_plan(tree, graph, timed, whole.speed_limits, durations, program.wait_step_s)
+    pace = Pace(factor, wanted_s - kept_s)
+    whole = whole_speed_plan(source, batch, schedule, step_percent=wish.step_percent, reserve_s=kept_s, machine=pace)
+    tree, graph, timed = batch.trees[0], batch.graphs[0], whole.schedule
+    written = write_plan(tree, graph, timed, whole.speed_limits, timed.durations_s, program.wait_step_s)
     written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
     return plan_of(

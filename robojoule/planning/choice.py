@@ -41,11 +41,13 @@ class Choice:
         options: Chosen option of each class.
         cost_j: Its total cost. [J]
         bound_j: No choice costs less. [J]
+        price_w: What a little more time would save; 0 where there is time to spare. [W]
     """
 
     options: tuple[int, ...]
     cost_j: float
     bound_j: float
+    price_w: float
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def least_cost_choice(
             options = [int(one.kept[k]) for one, k in zip(left, better, strict=True)]
     else:
         bound = max(bound, cost - tolerance_j)
-    return Choice(tuple(options), cost, min(bound, cost))
+    return Choice(tuple(options), cost, min(bound, cost), price_w)
 
 
 def _cost(classes: Sequence[_Class], chosen: Sequence[int]) -> float:

@@ -15,7 +15,7 @@ from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.plan import Plan
 from robojoule.planning.power_limit import check_power, check_power_limit, within_power
 from robojoule.programs.operation_tree import OperationTree
-from robojoule.programs.tree_check import in_model_angles, robot_warnings, with_angles
+from robojoule.programs.tree_check import in_model_angles, with_angles
 from robojoule.robots.robot import Robot
 
 Warnings = tuple[str, ...]
@@ -76,7 +76,7 @@ class Guard:
             tree = tree.bounded_by(given)
         if given.angles != tree.angles:
             tree = with_angles(tree, given.angles, given.configurations_rad())
-        run, known = self._judged(plan.run, plan.program.tree, given, robot)
+        run, known = self._judged(plan.run, plan.program.tree, as_given, robot)
         peaks = peak_warnings(run) if self.overload_percent else ()  # else the plan has them
         warnings = (*known, *peaks, *plan.warnings)
         return replace(plan, run=run, program=replace(as_given, tree=tree), warnings=warnings)
@@ -94,15 +94,13 @@ class Guard:
             InputError: A torque exceeds its peak limit by more than is allowed.
         """
         tree = in_model_angles(program.tree, robot)
-        judged, known = replace(self, peak_power_w=None)._judged(run, tree, as_given.tree, robot)
+        judged, known = replace(self, peak_power_w=None)._judged(run, tree, as_given, robot)
         return judged, (*known, *cycle_warnings(tree, judged))
 
-    def _judged(
-        self, run: CycleRun, tree: OperationTree, given: OperationTree, robot: Robot
-    ) -> tuple[CycleRun, Warnings]:
+    def _judged(self, run: CycleRun, tree: OperationTree, given: Program, robot: Robot) -> tuple[CycleRun, Warnings]:
         """A run with torques as shares of the limits as they are, checked; what to know about robot and paths."""
         run = of_the_limits(run, self.overload_percent)
         check_torques(run, self.overload_percent)
         if self.peak_power_w is not None:
             check_power(run, self.peak_power_w)
-        return run, (*robot_warnings(given, robot), *collision_warnings(tree, robot))
+        return run, (*given.warnings_for(robot), *collision_warnings(tree, robot))

@@ -11,6 +11,7 @@ from robojoule.arrays import Array
 from robojoule.motion.corners import Chain, Corners
 from robojoule.planning.tree_motions import chains_of_tree, tree_payloads
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tool_moves import tool_moves_of_tree
 from robojoule.robots.collision import PATH_STEP_RAD, CollisionModel, path_points_rad
 from robojoule.robots.robot import Robot
 
@@ -25,7 +26,10 @@ def collision_warnings(tree: OperationTree, robot: Robot) -> tuple[str, ...]:
     if not robot.file.capsules:
         return ()
     names = [move.name for move in tree.moves() if move.is_fine]
-    paths = [_points_rad(chain, robot) for chain in chains_of_tree(tree)]
+    paths = [
+        _points_rad(chain, robot) if of_tool is None else of_tool.followed(robot).points_rad(PATH_STEP_RAD)
+        for chain, of_tool in zip(chains_of_tree(tree), tool_moves_of_tree(tree), strict=True)
+    ]
     payloads = tree_payloads(robot, tree)
     found: list[str] = []
     for payload in dict.fromkeys(payloads):

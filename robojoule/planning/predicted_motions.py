@@ -1,7 +1,7 @@
 """Predicted profiles of a program's motions; those that no predictor knows are simulated.
 
-A predictor knows straight motions. Motions through coarse zones are simulated at the same speed limits, without an
-interval; motions with one speed limit have the sum of their profiles.
+A predictor knows straight motions. Motions through coarse zones, and those along a path of the tool, are simulated at
+the same speed limits, without an interval; motions with one speed limit have the sum of their profiles.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.groups import LoadedMotions
 from robojoule.motion.motions import MovedMotions
 from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.tool_motions import ToolMotions
 from robojoule.planning.batch import TreeBatch
 from robojoule.profile.predicted import PredictedProfiles, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
@@ -43,11 +44,14 @@ def predicted_profiles(batch: TreeBatch, predictor: ProfilePredictor | None = No
 
 def simulated_instead(batch: TreeBatch) -> tuple[str, ...]:
     """What to say of motions that were simulated, as no predictor knows them."""
-    count = sum(len(vertex.moves) > 1 for graph in batch.graphs for vertex in graph.vertices)
-    if count == 0:
-        return ()
-    motions = f"{counted(count, 'motion')} through coarse zones {'was' if count == 1 else 'were'}"
-    return (f"{motions} simulated: predictors know straight motions only",)
+    blended = sum(len(vertex.moves) > 1 for graph in batch.graphs for vertex in graph.vertices)
+    of_tool = sum(move.tool_path is not None for tree in batch.trees for move in tree.moves())
+    return tuple(
+        f"{counted(count, 'motion')} {where} {'was' if count == 1 else 'were'} simulated: "
+        "predictors know straight motions only"
+        for count, where in ((blended, "through coarse zones"), (of_tool, "along a path of the tool"))
+        if count
+    )
 
 
 def _predicted(motions: MovedMotions, limits: Array, predictor: ProfilePredictor) -> PredictedProfiles:
@@ -59,6 +63,8 @@ def _predicted(motions: MovedMotions, limits: Array, predictor: ProfilePredictor
         alone = motions.before == np.arange(motions.motions)
         start_w = np.where(alone, found.idle_start_w, found.idle_end_w[motions.before])
         return _with_start(found, start_w)
+    if isinstance(motions, ToolMotions):
+        return _simulated(motions, limits)
     assert isinstance(motions, BlendedPaths)
     rows, lines = motions.straight
     simulated = np.setdiff1d(np.arange(motions.motions), rows)
@@ -68,7 +74,7 @@ def _predicted(motions: MovedMotions, limits: Array, predictor: ProfilePredictor
     return _joined(parts)
 
 
-def _simulated(motions: BlendedPaths, limits: Array) -> PredictedProfiles:
+def _simulated(motions: BlendedPaths | ToolMotions, limits: Array) -> PredictedProfiles:
     """Simulated profiles in the form of predicted ones."""
     runs = motions.simulate(limits)
     energies = runs.energy_j

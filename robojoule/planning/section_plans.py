@@ -48,8 +48,16 @@ def unknown_places(program: Program) -> str:
 
 
 def section_programs(program: Program) -> tuple[Program, ...]:
-    """The sections of a program as programs of their own."""
-    return tuple(replace(program, tree=section) for section in sections_of(program.tree))
+    """The sections of a program as programs of their own.
+
+    Raises:
+        InputError: It has none: nothing moves but parts of unknown length; names them.
+    """
+    found = tuple(replace(program, tree=section) for section in sections_of(program.tree))
+    if not found:
+        problem = f"no motion stands apart from the parts of unknown length: {unknown_places(program)}"
+        raise InputError(problem, file=program.path, allowed="durations of these parts (--wait LINE=SECONDS)")
+    return found
 
 
 def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[Program], Plan]) -> Plan:
@@ -61,7 +69,7 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
         plan_one: The plan of one section.
 
     Raises:
-        InputError: The cycle time is in seconds, or see `optimize`.
+        InputError: The cycle time is in seconds, or see `section_programs` and `optimize`.
     """
     if not (isinstance(cycle_time, str) and cycle_time.strip().endswith("%")):
         problem = f"nobody knows how long {unknown_places(program)} takes, so a cycle time in seconds says nothing"
@@ -69,8 +77,6 @@ def plan_in_sections(program: Program, cycle_time: object, plan_one: Callable[[P
             problem, file=program.path, key="cycle_time", allowed="a share (+10%), or durations of these waits"
         )
     sections = section_programs(program)
-    if not sections:
-        raise InputError("no motion lies between parts of known length", file=program.path)
     plans = []
     for number, section in enumerate(sections, 1):
         with within(f"section {number} of {len(sections)}"):

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing_fit import OF_STAMPS
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
 from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.tool_motions import ToolMotions
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.measured_plans import check_measured
 from robojoule.planning.optimization import Profiles
@@ -29,6 +31,7 @@ from robojoule.profile.measured import measured_profiles
 from robojoule.profile.predicted import NORMAL_QUANTILE, ProfilePredictor
 from robojoule.profile.reference import reference_predictor
 from robojoule.profile.sampled import sampled_profile
+from robojoule.programs.tool_moves import tool_moves_of_tree
 from robojoule.robots.robot import Robot
 
 
@@ -99,9 +102,9 @@ def move_profile(
     vertex = next(place for place, one in enumerate(vertices) if move in one.moves)
     payload = tree_payloads(batch.robot, tree)[vertex]
     robot = batch.robot if payload == batch.robot.payload else batch.robot.carrying(payload)
-    if len(vertices[vertex].moves) > 1:
-        return _blended_profile(robot, batch, vertex, points, profiles)
     row = names.index(move)
+    if len(vertices[vertex].moves) > 1 or tree.moves()[row].tool_path is not None:
+        return _whole_profile(robot, batch, vertex, points, profiles)
     start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
         return motion_profile(robot, start, end, points, profiles, predictor)
@@ -129,8 +132,15 @@ def move_profile(
         (energy + margin)[known],
         profiles,
     )
+    distinct = np.searchsorted(limits, believed.speed_limits)
+    # Where a duration was measured, what the rule does not tell is known but for the stamps.
+    stamped_s = np.maximum(found.duration_deviation_s[row], OF_STAMPS * runs.resolution_s)
+    deviation_s = np.where(np.isin(limits, own), stamped_s, found.single_deviations_s(row))
+    around_s = NORMAL_QUANTILE * deviation_s[distinct]
     return replace(
         believed,
+        low_s=frozen(np.maximum(believed.durations_s - around_s, 0.0)),
+        high_s=frozen(believed.durations_s + around_s),
         doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
         measured_speed_limits=frozen(own),
         rule=found.rule,
@@ -139,15 +149,19 @@ def move_profile(
     )
 
 
-def _blended_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
-    """The profile of a motion through coarse zones, all of its moves at the same speed limit."""
+def _whole_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
+    """The profile of a motion through coarse zones, all of its moves at the same speed limit, or of the tool."""
+    tree = batch.trees[0]
     if profiles == "measured":
-        check_single_moves(batch.trees[0])
-    names = batch.graphs[0].vertices[vertex].moves
-    found = profile_of(robot, BlendedPaths(robot, [chains_of_tree(batch.trees[0])[vertex]]), points)
-    said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"]
+        check_single_moves(tree)
+    names, of_tool = batch.graphs[0].vertices[vertex].moves, tool_moves_of_tree(tree)[vertex]
+    said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"] if of_tool is None else []
     if profiles == "predicted":
         said.append("it is simulated: predictors know straight motions only")
+    if of_tool is not None:
+        found = profile_of(robot, ToolMotions(robot, [of_tool]), points)
+    else:
+        found = profile_of(robot, BlendedPaths(robot, [chains_of_tree(tree)[vertex]]), points)
     return replace(found, doubts=(*found.doubts, *said))
 
 

@@ -2,7 +2,8 @@
 
 Every motion takes one of the speed limits at which its profile is known (`robojoule.profile.measured`), so that nothing
 is rounded afterwards: of all choices whose durations fit into a budget of time, the one of the least energy, what is
-left of the time being waited where waiting is cheapest.
+left of the time being waited where waiting is cheapest. Of nearly equal ones that is the one whose cycle time is surer:
+an error of the cycle time is counted at what time is worth to the plan.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask, frozen
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import checked_durations, fit_all
-from robojoule.calibration.timing_fit import RuleFit
+from robojoule.calibration.timing_fit import RuleFit, rule_scores
 from robojoule.calibration.timing_rules import Candidate
 from robojoule.planning.batch import TreeBatch
-from robojoule.planning.choice import least_cost_choice
+from robojoule.planning.choice import Choice, least_cost_choice
 from robojoule.profile.measured import MOST_DOUBT, MeasuredProfiles
 from robojoule.profile.predicted import NORMAL_QUANTILE
 
@@ -99,14 +100,32 @@ def choose_speeds(
     costs = energies - profiles.idle_w.min() * profiles.duration_s
     where = [np.flatnonzero(row) for row in (profiles.allowed if allowed is None else allowed)]
     tolerance = TOLERANCE * float(np.abs(energies[:, -1]).sum())
-    choice = least_cost_choice(
-        [row[at] for row, at in zip(profiles.duration_s, where, strict=True)],
-        [row[at] for row, at in zip(costs, where, strict=True)],
-        budget_s,
-        tolerance_j=tolerance,
-    )
-    if choice is None:
+    tables = [row[at] for row, at in zip(profiles.duration_s, where, strict=True)]
+
+    rows = np.arange(len(where))
+
+    def least(costs_j: Array) -> Choice | None:
+        options = [row[at] for row, at in zip(costs_j, where, strict=True)]
+        return least_cost_choice(tables, options, budget_s, tolerance_j=tolerance)
+
+    first = least(costs)
+    if first is None:
         return None
+    places = _places(first, where)
+    deviation_s = profiles.cycle_deviation_s(places)
+    if deviation_s <= 0.0:
+        return places
+    # The deviation, a root of a sum over motions, by its slope at the first choice: so costs stay those of motions.
+    doubt_j = first.price_w * profiles.lasting_deviation_s**2 / (2.0 * deviation_s)
+    least_j = sum(float(row[at].min()) for row, at in zip(doubt_j, where, strict=True))
+    if float(doubt_j[rows, places].sum()) - least_j <= tolerance:
+        return places
+    surer = least(costs + doubt_j)
+    return places if surer is None else _places(surer, where)
+
+
+def _places(choice: Choice, where: Sequence[Index]) -> Index:
+    """Places in all speed limits of options among those that were allowed, shape (M,)."""
     return np.array([at[option] for at, option in zip(where, choice.options, strict=True)])
 
 
@@ -181,10 +200,10 @@ def second_trial_place(fits: Sequence[RuleFit], place: int, motions: int, budget
         budget_s: What the motions of the plan may take together. [s]
         limits: Speed limits that the controller takes, rising, shape (S,). [-]
     """
-    best = min(float(fit.score[place]) for fit in fits)
+    scores = rule_scores(fits)[:, place]
     found = []
-    for fit in fits:
-        if fit.score[place] <= best + STILL_PROBABLE:
+    for fit, score in zip(fits, scores.tolist(), strict=True):
+        if score <= scores.min() + STILL_PROBABLE:
             x = fit.x[place : place + 1]
             totals = modelled_durations(fit.candidate, x, motions, limits)[0].sum(axis=0)
             found.append(trial_place(totals, SECOND_TRIAL * budget_s, limits))

@@ -1,4 +1,4 @@
-"""The motions of operation trees: single lines, chains through coarse zones, and what the robot carries in each."""
+"""The motions of operation trees: single lines, chains through coarse zones, paths of the tool, and their payloads."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from robojoule.motion.corners import Chain
 from robojoule.motion.groups import Load, LoadedMotions
 from robojoule.motion.motions import MovedMotions
 from robojoule.motion.simulation import MotionPaths
+from robojoule.motion.tool_motions import ToolMotions
 from robojoule.programs.operation_tree import (
     AtomicOperation,
     CoarseZone,
@@ -21,6 +22,7 @@ from robojoule.programs.operation_tree import (
     PayloadOperation,
     ShareZone,
 )
+from robojoule.programs.tool_moves import tool_moves_of_tree
 from robojoule.robots.robot import Payload, Robot
 
 SAME_POSITION_RAD = 1e-6
@@ -57,9 +59,10 @@ def motions_of_trees(robot: Robot, trees: Sequence[OperationTree], move_range: t
         move_range: Lowest and highest speed limit of each move, each of shape (K,). [-]
 
     Raises:
-        InputError: A payload above the rated one, or poses that the arm cannot hold.
+        InputError: A payload above the rated one, poses that the arm cannot hold, or a path that it cannot follow.
     """
-    if all(move.is_fine for tree in trees for move in tree.moves()) and not _changes_payload(trees):
+    is_plain = all(move.is_fine and move.tool_path is None for tree in trees for move in tree.moves())
+    if is_plain and not _changes_payload(trees):
         points = [tree.configurations_rad() for tree in trees]
         return MotionPaths(robot, np.concatenate([p[:-1] for p in points]), np.concatenate([p[1:] for p in points]))
     chains = [chain for tree in trees for chain in chains_of_tree(tree)]
@@ -67,13 +70,19 @@ def motions_of_trees(robot: Robot, trees: Sequence[OperationTree], move_range: t
     of_move = np.repeat(np.arange(len(chains)), counts)
     payloads = [payload for tree in trees for payload in tree.payloads()]
     carried = [payloads[move] for move in np.cumsum(counts) - 1]
+    of_tool = [one for tree in trees for one in tool_moves_of_tree(tree)]
+    kinds = [(payload, one is not None) for payload, one in zip(carried, of_tool, strict=True)]
     loads = []
-    for payload in dict.fromkeys(carried):
-        rows = np.array([row for row, one in enumerate(carried) if one == payload], dtype=np.intp)
+    for payload, is_of_tool in dict.fromkeys(kinds):
+        rows = np.array([row for row, one in enumerate(kinds) if one == (payload, is_of_tool)], dtype=np.intp)
         moves = np.flatnonzero(np.isin(of_move, rows))
         loaded = robot if payload is None else robot.carrying(payload)
         bounds = move_range[0][moves], move_range[1][moves]
-        loads.append(Load(rows, moves, _along(loaded, [chains[row] for row in rows], bounds)))
+        if is_of_tool:
+            found: MovedMotions = ToolMotions(loaded, [one for row in rows if (one := of_tool[row]) is not None])
+        else:
+            found = _along(loaded, [chains[row] for row in rows], bounds)
+        loads.append(Load(rows, moves, found))
     if len(loads) == 1:
         return loads[0].motions
     return LoadedMotions(loads, _before(trees))
@@ -83,7 +92,7 @@ def check_single_moves(tree: OperationTree) -> None:
     """Refuse trees whose motions are not single moves, for what knows these alone.
 
     Raises:
-        InputError: A coarse zone, a speed group or a change of payload; names it.
+        InputError: A coarse zone, a path of the tool, a speed group or a change of payload; names it.
     """
     found = next((_joining(one) for one in tree.atomic() if _joining(one)), None)
     if found:
@@ -101,6 +110,8 @@ def _joining(operation: AtomicOperation) -> str:
         return ""
     if not operation.is_fine:
         return f"move '{operation.name}' has a coarse zone"
+    if operation.tool_path is not None:
+        return f"move '{operation.name}' has a path of the tool"
     return f"move '{operation.name}' is in a speed group" if operation.speed_group is not None else ""
 
 

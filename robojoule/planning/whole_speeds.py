@@ -57,6 +57,32 @@ def check_speed_step(value: object) -> float:
     return as_number(value, "speed_step", least=least, most=most, unit="%")
 
 
+@dataclass(frozen=True)
+class Pace:
+    """How long motions take on the machine, where one figure is all that is known of it.
+
+    Attributes:
+        factor: Their durations over the simulated ones; what they take longer is taken at the idle power. [-]
+        cycle_s: Cycle time of the machine; that of the plan if not given. [s]
+    """
+
+    factor: float = 1.0
+    cycle_s: float | None = None
+
+    def durations_s(self, simulated_s: list[Array]) -> list[Array]:
+        """Durations on the machine, M arrays. [s]"""
+        return [self.factor * one for one in simulated_s]
+
+    def energies_j(self, simulated_j: list[Array], simulated_s: list[Array], idle_w: Array) -> list[Array]:
+        """Energies on the machine, M arrays [J], from simulated ones, durations and idle powers at the ends [W]."""
+        longer = self.factor - 1.0
+        rows = zip(simulated_j, simulated_s, idle_w.tolist(), strict=True)
+        return [energy + longer * power * seconds for energy, seconds, power in rows]
+
+
+AS_SIMULATED = Pace()
+
+
 def speed_choices(batch: TreeBatch, step_percent: float) -> list[Array]:
     """Speed limits from which each motion's may be chosen: whole steps in its range, and the highest, as it is given.
 
@@ -86,6 +112,7 @@ def whole_speed_plan(
     *,
     step_percent: float = SPEED_STEP_PERCENT,
     reserve_s: float = 0.0,
+    machine: Pace = AS_SIMULATED,
 ) -> WholeSpeeds:
     """The schedule with the least energy in whole speed limits, for the cycle time of a plan.
 
@@ -98,6 +125,7 @@ def whole_speed_plan(
         plan: Plan with continuous speed limits.
         step_percent: Step of speed limits. [%]
         reserve_s: Further time that is waited at the end of the cycle. [s]
+        machine: How the machine's durations differ from the simulated ones; the schedule is in its time.
 
     Raises:
         PlanningError: No choice keeps the cycle time.
@@ -107,28 +135,33 @@ def whole_speed_plan(
     required = np.array([[v.least_prior_wait_s, v.least_post_wait_s] for v in batch.graphs[0].vertices])
     required[-1, 1] += reserve_s
     idle = np.stack([source.idle_start_w, source.idle_end_w], axis=1)
-    cycle_s = plan.cycle_time_s + reserve_s
+    cycle_s = (plan.cycle_time_s if machine.cycle_s is None else machine.cycle_s) + reserve_s
     places = standstills_of(required, idle, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S)
     search = SpeedSearch(places, cycle_s, CHOICE_GAP * abs(plan.energy_j))
 
     known = [source.enclosure(motion) for motion in range(batch.planned.motions)]
     above = [_value(one.above, d) for one, d in zip(known, durations, strict=True)]
     offers = places.offers()
-    best = search.best(offers, durations, above)
+    best = search.best(offers, machine.durations_s(durations), machine.energies_j(above, durations, idle[:, 1]))
     if isinstance(source, AdaptiveProfiles):
         below = [_value(one.below, d) for one, d in zip(known, durations, strict=True)]
         at = [one[[k]] for one, k in zip(limits, best.motions, strict=True)]
         taken = [d[[k]] for d, k in zip(durations, best.motions, strict=True)]
-        reached = search.best([best.offer], taken, list(batch.planned.simulate(_table(at)).energy_j))
-        open_ = {offer: search.within(offer, durations, below, reached.energy_j) for offer in offers}
+        simulated = list(batch.planned.simulate(_table(at)).energy_j)
+        reached = search.best(
+            [best.offer], machine.durations_s(taken), machine.energies_j(simulated, taken, idle[:, 1])
+        )
+        least = machine.durations_s(durations), machine.energies_j(below, durations, idle[:, 1])
+        open_ = {offer: search.within(offer, *least, reached.energy_j) for offer in offers}
         offers = [offer for offer in offers if offer == best.offer or all(left.size for left in open_[offer])]
         kept = [
             np.unique(np.concatenate([[k], *(open_[offer][motion] for offer in offers)])).astype(np.intp)
             for motion, k in enumerate(best.motions)
         ]
         limits, durations = ([one[k] for one, k in zip(of, kept, strict=True)] for of in (limits, durations))
-        best = search.best(offers, durations, _ragged(batch.planned.simulate(_table(limits)).energy_j, limits))
-    chosen_s = np.array([d[k] for d, k in zip(durations, best.motions, strict=True)])
+        simulated = _ragged(batch.planned.simulate(_table(limits)).energy_j, limits)
+        best = search.best(offers, machine.durations_s(durations), machine.energies_j(simulated, durations, idle[:, 1]))
+    chosen_s = np.array([d[k] for d, k in zip(machine.durations_s(durations), best.motions, strict=True)])
     waits = best.waits_s(places, required, cycle_s - float(chosen_s.sum()))
     ends = np.cumsum(waits.sum(axis=1) + chosen_s)
     step_j = process_energy_j(batch.trees[0])

@@ -47,6 +47,8 @@ class EnergyProfile:
         profiles: Where durations and energies come from: simulated, predicted or measured.
         low_j: Lower end of the interval that holds an energy with 90 %, shape (S,); None for simulated profiles. [J]
         high_j: Its upper end. [J]
+        low_s: Lower end of the interval that holds a duration with 90 %, shape (S,); of measured profiles alone. [s]
+        high_s: Its upper end. [s]
         measured_speed_limits: Those at which the motion was measured, rising. [-]
         rule: The controller's rule that the runs show, if there are any.
     """
@@ -65,6 +67,8 @@ class EnergyProfile:
     profiles: str = "simulated"
     low_j: Array | None = None
     high_j: Array | None = None
+    low_s: Array | None = None
+    high_s: Array | None = None
     measured_speed_limits: Array = field(default_factory=lambda: frozen(np.zeros(0)))
     rule: str | None = None
 
@@ -121,6 +125,8 @@ class EnergyProfile:
             "profiles": self.profiles,
             "energy_low_j": None if self.low_j is None else self.low_j.tolist(),
             "energy_high_j": None if self.high_j is None else self.high_j.tolist(),
+            "duration_low_s": None if self.low_s is None else self.low_s.tolist(),
+            "duration_high_s": None if self.high_s is None else self.high_s.tolist(),
             "measured_speed_limit_percent": (100.0 * self.measured_speed_limits).round(6).tolist(),
             "rule": self.rule,
             "warnings": list(self.warnings),

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.arrays import Array, Index, Mask
-from robojoule.calibration.local_correction import amplitude_of, correction
+from robojoule.calibration.local_correction import amplitude_of, correction, lasting_amplitude, open_deviation
 from robojoule.calibration.run_model import body_directions, evaluate_runs, run_parameters
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import checked_durations, fit_all
-from robojoule.calibration.timing_fit import OF_STAMPS, Durations, RuleFit, best_rules
+from robojoule.calibration.timing_fit import OF_STAMPS, RELATIVE_ERROR, Durations, RuleFit, best_rules, rule_scores
 from robojoule.motion.path_integrals import PathIntegrals
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.enclosure import Enclosure
@@ -44,6 +44,8 @@ class MeasuredProfiles:
         allowed: Where a motion's own runs reach, shape (M, S).
         duration_s: Shape (M, S); 0 for motions of zero length. [s]
         duration_deviation_s: What a motion's duration may be off beside what all share, shape (M, S). [s]
+        lasting_deviation_s: The part of it that is the same at every run at a speed limit, and no other motion's or
+            speed limit's, shape (M, S). [s]
         duration_gradient_s: Derivatives of durations after the entries of the controller's rule, shape (M, S, P). [s]
         timing_covariance: Covariance of these entries, shape (P, P).
         last_pass: Speed limit of each motion in the last pass, as a place in `speed_limits`; none: no pass, shape (M,).
@@ -63,6 +65,7 @@ class MeasuredProfiles:
     allowed: Mask
     duration_s: Array
     duration_deviation_s: Array
+    lasting_deviation_s: Array
     duration_gradient_s: Array
     timing_covariance: Array
     last_pass: Index | None
@@ -106,6 +109,12 @@ class MeasuredProfiles:
             for table in (self.duration_s, self.energy_j)
         )
         return durations, energies
+
+    def single_deviations_s(self, motion: int) -> Array:
+        """Standard deviations of the durations of one motion, shape (S,). [s]"""
+        along = self.duration_gradient_s[motion]
+        shared = np.einsum("sp,pq,sq->s", along, self.timing_covariance, along)
+        return np.asarray(np.sqrt(np.maximum(shared, 0.0) + self.duration_deviation_s[motion] ** 2))
 
     def cycle_deviation_s(self, places: Index) -> float:
         """Standard deviation of the total duration of motions at places in `speed_limits`, shape (M,). [s]
@@ -185,13 +194,18 @@ class Measurement:
         mean, deviation = correction(
             runs.motion, runs.speed_limits, residual, noise, grid, self.paths.motions, amplitude
         )
+        stamps = OF_STAMPS * runs.resolution_s / runs.duration_s
+        lasting = lasting_amplitude(residual, stamps, float(fit.freedom[place]), RELATIVE_ERROR)
+        at = runs.motion, np.argmin(np.abs(grid - runs.speed_limits[:, None]), axis=1)
+        not_run = open_deviation(at, stamps, lasting, deviation.shape)
+        deviation = np.hypot(deviation, not_run)
         duration *= np.exp(mean)
         last = last_pass(runs, moving)
         total_deviation = OF_STAMPS * runs.resolution_s
         places = None
         if last is not None:
             places = np.full(self.paths.motions, grid.size - 1)
-            places[runs.motion[last]] = np.argmin(np.abs(grid - runs.speed_limits[last][:, None]), axis=1)
+            places[runs.motion[last]] = at[1][last]
             total_s = float(_at_limits(grid, duration, runs, last).sum())
             rows = np.arange(self.paths.motions)
             along = gradient[rows, places].sum(axis=0)
@@ -212,6 +226,7 @@ class Measurement:
             allowed=np.where(moving[:, None], grid >= BELOW_MEASURED * lowest[:, None] - 1e-9, grid == grid[-1]),
             duration_s=duration,
             duration_deviation_s=np.where(moving[:, None], duration * deviation, 0.0),
+            lasting_deviation_s=duration * not_run,
             duration_gradient_s=gradient,
             timing_covariance=covariance,
             held_out_error=error,
@@ -299,7 +314,7 @@ def _averaged(
         Durations (G,) [s]; their derivatives after the entries of the best rule and, with variance 1, after what
         rules differ by (G, P + k); durations of the runs (R,) [s].
     """
-    scores = np.array([fit.score[place] for fit in fits])
+    scores = rule_scores(fits)[:, place]
     weights = np.exp(scores.min() - scores)
     weights /= weights.sum()
     kept = np.flatnonzero(weights > _LEAST_WEIGHT)

@@ -34,6 +34,7 @@ from robojoule.programs.operations import (
     PayloadOperation,
     ProcessOperation,
     ShareZone,
+    ToolPath,
     UnknownOperation,
     WaitOperation,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "PayloadOperation",
     "ProcessOperation",
     "ShareZone",
+    "ToolPath",
     "UnknownOperation",
     "WaitOperation",
     "tree_from_configurations",
@@ -127,6 +129,13 @@ class OperationTree(Document):
             if not isinstance(step, MoveOperation) or step.is_fine:
                 continue
             problem = f"move '{step.name}' has a coarse zone"
+            if step.tool_path is not None:
+                raise _inconsistent(
+                    f"{key}.zone", f"{problem}, but its path is that of the tool, which stops at its end"
+                )
+            if isinstance(following, MoveOperation) and following.tool_path is not None:
+                text = f"{problem}, so '{following.name}' behind it cannot have a path of the tool"
+                raise _inconsistent(f"{key}.zone", text)
             if following is None:
                 raise _inconsistent(f"{key}.zone", f"{problem} but no fine move after it")
             if not isinstance(following, MoveOperation):

@@ -29,6 +29,7 @@ Number = Annotated[float, Strict()]
 Duration = Annotated[Number, Field(ge=0, le=LONGEST_S)]
 SpeedLimit = Annotated[Number, Field(ge=LEAST_SPEED_PERCENT, le=100)]
 Configuration = Annotated[tuple[Number, ...], Field(min_length=1)]
+Point = tuple[Number, Number, Number]
 
 
 def _printable(name: str) -> str:
@@ -72,8 +73,48 @@ Zone = Annotated[
 ]
 
 
+class ToolPath(Document):
+    """The way of the tool in space, in place of a straight line of joint angles; the tool turns evenly on it."""
+
+    type: Literal["linear", "circular"] = Field(description="A straight line, or a circle.")
+    tool_m: Point = Field(
+        default=(0.0, 0.0, 0.0), description="Point of the tool that keeps to it, in the robot's tool frame. [m]"
+    )
+    via_m: Point | None = Field(
+        default=None, description="Point in the robot's base frame that a circle passes, needed for circles. [m]"
+    )
+    acceleration_m_s2: Annotated[Number, Field(gt=0)] | None = Field(
+        default=None, description="Largest acceleration of the point; none: what the torques leave. [m/s2]"
+    )
+    acceleration_rad_s2: Annotated[Number, Field(gt=0)] | None = Field(
+        default=None, description="Largest acceleration of the tool's turn; none: what the torques leave. [rad/s2]"
+    )
+
+    @model_validator(mode="after")
+    def _circles_pass_a_point(self) -> ToolPath:
+        if (self.type == "circular") != (self.via_m is not None):
+            raise ValueError("a circular path passes a point via_m, a linear one does not")
+        return self
+
+
+def _path_kind(value: Any) -> str | None:
+    if isinstance(value, str) and value in ("joint", "linear"):
+        return "word"
+    return "tool" if isinstance(value, (Mapping, ToolPath)) else None
+
+
+MovePath = Annotated[
+    Annotated[Literal["joint", "linear"], Tag("word")] | Annotated[ToolPath, Tag("tool")],
+    Discriminator(
+        _path_kind,
+        custom_error_type="path",
+        custom_error_message="a path is the word joint or linear, or a mapping with type linear or circular",
+    ),
+]
+
+
 class MoveOperation(Document):
-    """Point-to-point move to a joint configuration, with a stop there if the zone is fine."""
+    """Move to a joint configuration, with a stop there if the zone is fine: from point to point, or along a path."""
 
     model_config = ConfigDict(json_schema_extra=accepts_degrees("target"))
 
@@ -84,6 +125,11 @@ class MoveOperation(Document):
         default="fine",
         description="fine: stop at the target; radius_m: pass it within this distance; path_share: round the corner "
         "over this share of the moves on both sides.",
+    )
+    path: MovePath = Field(
+        default="joint",
+        description="joint: a straight line of joint angles; linear: a straight line of the flange; else that of a "
+        "tool, which stops before and behind it.",
     )
     speed_limit_percent: SpeedLimit = Field(
         default=100.0, description="Share of the joint velocity limits that may be used; plans keep below it. [%]"
@@ -139,6 +185,13 @@ class MoveOperation(Document):
         """Whether the robot stops at the target."""
         return self.zone == "fine"
 
+    @property
+    def tool_path(self) -> ToolPath | None:
+        """The way of the tool; None: a straight line of joint angles."""
+        if isinstance(self.path, ToolPath):
+            return self.path
+        return ToolPath(type="linear") if self.path == "linear" else None
+
 
 class WaitOperation(Document):
     """The robot stands still for a fixed time."""
@@ -171,9 +224,7 @@ class PayloadOperation(Document):
     type: Literal["payload"] = "payload"
     name: Name = Field(description="Name, unique in the tree.")
     mass_kg: Annotated[Number, Field(ge=0)] = Field(description="Mass, all that hangs on the flange. [kg]")
-    com_m: tuple[Number, Number, Number] = Field(
-        default=Payload().com_m, description="Centre of mass in the tool frame. [m]"
-    )
+    com_m: Point = Field(default=Payload().com_m, description="Centre of mass in the tool frame. [m]")
     inertia_kg_m2: Annotated[tuple[Number, ...], Field(min_length=3, max_length=6)] | None = Field(
         default=None,
         description="Inertia about the centre of mass in tool axes: xx, yy, zz, or these and xy, xz, yz; none: that of "

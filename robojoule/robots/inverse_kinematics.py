@@ -77,7 +77,7 @@ def inverse_of(placement: Placement) -> Placement:
 
 def flange_placement(robot: Robot, q_rad: ArrayLike) -> Placement:
     """Where the robot's own tool frame is at joint positions of shape (n,) [rad]."""
-    rotations, origins, _, _ = _kinematics(robot.mechanism, np.asarray(q_rad, dtype=float)[None])
+    rotations, origins, _, _ = tool_kinematics(robot.mechanism, np.asarray(q_rad, dtype=float)[None])
     return Placement(rotations[..., 0], origins[0])
 
 
@@ -137,7 +137,7 @@ def _wrapped(angles: Array) -> Array:
     return np.asarray(angles - math.tau * np.round(angles / math.tau))
 
 
-def _kinematics(mechanism: Mechanism, q: Array) -> tuple[Array, Array, Array, Array]:
+def tool_kinematics(mechanism: Mechanism, q: Array) -> tuple[Array, Array, Array, Array]:
     """Tool rotations (3, 3, N), tool origins (N, 3) [m], axes (N, n, 3) and points on them (N, n, 3) [m]."""
     rotations, origins = mechanism.body_placements(q)
     turned = np.einsum("jrcN,jc->Njr", rotations[1:], mechanism.axes)
@@ -149,8 +149,21 @@ def _kinematics(mechanism: Mechanism, q: Array) -> tuple[Array, Array, Array, Ar
 
 def _residual(mechanism: Mechanism, flange: Placement, q: Array) -> tuple[Array, Array]:
     """What is missing to the pose (N, 6) [m, rad], and how it changes with the joints (N, 6, n)."""
-    rotations, origins, axes, points = _kinematics(mechanism, q)
+    rotations, origins, axes, points = tool_kinematics(mechanism, q)
     missing = np.einsum("ij,kjN->Nik", flange.rotation, rotations)
+    return missing_to(missing, flange.origin_m, origins, axes, points)
+
+
+def missing_to(missing: Array, wanted_m: Array, origins: Array, axes: Array, points: Array) -> tuple[Array, Array]:
+    """What is missing to poses (N, 6) [m, rad], and how it changes with the joints (N, 6, n).
+
+    Args:
+        missing: Rotations from those that are there to those that are wanted, in base axes, shape (N, 3, 3). [-]
+        wanted_m: Where the tool's origin is wanted, shape (3,) or (N, 3). [m]
+        origins: Where it is, and the joints' axes and points on them, as of `tool_kinematics`. [m]
+        axes: Shape (N, n, 3). [-]
+        points: Shape (N, n, 3). [m]
+    """
     turn = np.stack(
         [
             missing[:, 2, 1] - missing[:, 1, 2],
@@ -162,7 +175,7 @@ def _residual(mechanism: Mechanism, flange: Placement, q: Array) -> tuple[Array,
     double_sine = np.linalg.norm(turn, axis=1)
     angle = np.arctan2(double_sine, np.trace(missing, axis1=1, axis2=2) - 1.0)
     scale = np.where(double_sine > 1e-12, angle / np.maximum(double_sine, 1e-12), 0.5)
-    residual = np.hstack([flange.origin_m - origins, turn * scale[:, None]])
+    residual = np.hstack([wanted_m - origins, turn * scale[:, None]])
     jacobian = np.concatenate([np.cross(axes, origins[:, None] - points), axes], axis=2).transpose(0, 2, 1)
     return residual, jacobian
 

@@ -103,8 +103,11 @@ def test_a_move_of_a_program_by_measured_runs(program, tmp_path, capsys):
     at = result["speed_limit_percent"].index(100.0)
     assert result["duration_s"][at] == pytest.approx(0.5, rel=0.05)  # all moves the same duration: no machine
     assert all(low < high for low, high in zip(result["energy_low_j"], result["energy_high_j"], strict=True))
+    around = list(zip(result["duration_low_s"], result["duration_s"], result["duration_high_s"], strict=True))
+    assert all(low < middle < high for low, middle, high in around)
     assert main(words) == 0
     lines = capsys.readouterr().out.splitlines()
+    assert "  duration [s]  90 % interval [s]  energy [J]" in lines[1]
     assert "measured profile" in lines[0] and lines[1].endswith("90 % interval [J]")
     assert sum("  measured" in line for line in lines[2:]) == 2
 

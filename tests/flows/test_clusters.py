@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from flows.cells import plan_cell
 from flows.fan_out import FANNED, compute_parts
 from flows.runners import task_runner
 from flows.scale import scale
@@ -17,9 +18,11 @@ from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet
 from reproduction.study.regimes import unseen_robot
 from robojoule.documents import parse
+from robojoule.planning.cells.check import check_plan
 from stages import evaluate_robots
 from tests.conftest import ROOT, Background, free_port, run, wait_for
 from tests.flows.test_scale import files, made_here
+from tests.planning.cells.cases import generated
 from tests.reproduction.closed_loop.cases import small
 from tests.reproduction.motions.test_shards import DESCRIPTION
 from tests.reproduction.study.cases import small_study
@@ -97,3 +100,7 @@ def test_bytes_do_not_depend_on_the_engine(
     assert files(layout.samples_dir) == files(Layout(reproduced).samples_dir)
     found = evaluate_robots.compute(study, layout, Refusing())[1]
     assert found == unseen_robot(study, lambda text: None)
+
+    cell = generated(4, 0, (10, 12))  # seeds of a search take the time that they are given: plans are near, not equal
+    plan = plan_cell(cell, time_limit_s=120.0, gap_percent=30.0, seeds=2, runner=name, address=address)
+    assert check_plan(cell, plan).feasible

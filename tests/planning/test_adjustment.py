@@ -8,7 +8,10 @@ import pytest
 import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.programs.operation_tree import tree_from_configurations
+from robojoule.robots import load_robot_file
 from robojoule.robots.controller_file import ControllerTiming
+from robojoule.robots.robot import Robot
+from robojoule.robots.robot_file import RobotFile
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 from tests.planning.test_measured_plans import executed
 
@@ -172,3 +175,37 @@ def test_faster_moves_leave_the_program_as_given_what_it_is(case):
     assert faster.cycle_time_s == pytest.approx(strict.cycle_time_s, abs=0.01)
     assert faster.energy_given_j == pytest.approx(strict.energy_given_j, rel=1e-3)
     assert faster.energy_given_j < 0.98 * faster.energy_unoptimized_j
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.25])
+def test_waits_of_an_adjusted_plan_use_standby_in_the_time_of_the_machine(case, factor):
+    """A mode that needs a wait of just what is left: no more of it is lost, or missed, by the scale of time."""
+    paths, program, _, _ = case
+    data = load_robot_file(paths.robot.name).model_dump(mode="json")
+    data["standby"] = {"brakes": {"power_w": 60.0, "least_idle_s": 2.0}}
+    robot = Robot(RobotFile.model_validate(data), paths.robot.payload)
+    plan = rj.optimize(program, robot, cycle_time="+60%")
+    asked = {"measured_cycle": factor * (plan.cycle_time_s - added_s(plan)) + added_s(plan)}
+    least = rj.adjust(plan.program, robot, cycle_time=100.0, **asked).least_cycle_time_s
+    for left_s in (1.9, 2.6, 3.2, 4.0, 8.0):
+        again = rj.adjust(plan.program, robot, cycle_time=least + left_s, **asked)
+        held = rj.adjust(plan.program, paths.robot, cycle_time=least + left_s, **asked)
+        assert again.cycle_time_s == pytest.approx(least + left_s, abs=2e-3 * len(plan.moves))
+        waited = added_s(again)
+        assert again.energy_j <= held.energy_j * (1.0 + 1e-4)
+        assert waited == pytest.approx(0.0, abs=0.05) or waited >= 2.0 - 1e-9, "a wait too short for the mode"
+    assert added_s(again) >= 2.0 and again.run.standby_saving_j > 0.0
+
+
+def added_s(plan):
+    """What a plan waits beyond the program."""
+    return sum(move.added_wait_before_s + move.added_wait_after_s for move in plan.program.moves)
+
+
+def test_the_cycle_time_asked_for_does_not_shrink_trial_by_trial(case):
+    paths, _, _, plan = case
+    again = plan
+    for measured in (1.03, 1.01, 0.99):
+        again = rj.adjust(again.program, paths.robot, measured_cycle=measured * plan.cycle_time_s)
+        assert again.program.tree.planned_cycle_s == plan.program.tree.planned_cycle_s
+        assert again.cycle_time_s <= plan.cycle_time_s + 1e-6

@@ -66,3 +66,16 @@ def test_what_needs_the_whole_cycle_names_what_is_missing():
         with pytest.raises(InputError, match="how long operation 'signal' takes") as caught:
             call()
         assert key in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "task", [lambda program: optimize(program, ROBOT, cycle_time="+10%"), lambda program: simulate(program, ROBOT)]
+)
+def test_a_program_that_moves_in_parts_of_unknown_length_only_names_them(task):
+    there = tuple(POINTS[1].tolist())
+    tree = tree_from_configurations("cycle", [POINTS[0], POINTS[0], POINTS[1]])
+    first, second = tree.operations
+    operations = (first, UnknownOperation(name="weld", target_rad=there), second)
+    tree = OperationTree.model_validate(tree.model_copy(update={"operations": operations}).model_dump())
+    with pytest.raises(InputError, match="no motion stands apart from the parts of unknown length: operation 'weld'"):
+        task(Program(tree))

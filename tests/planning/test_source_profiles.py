@@ -38,6 +38,11 @@ def test_measured_profiles_are_those_of_the_machine(cycle, runs):
     assert found.durations_s == pytest.approx(duration, rel=0.012)
     assert found.energies_j == pytest.approx(energy, rel=0.03)
     assert np.mean((found.low_j <= energy) & (energy <= found.high_j)) >= 0.8
+    assert np.mean((found.low_s <= duration) & (duration <= found.high_s)) >= 0.8
+    half = 0.5 * (found.high_s - found.low_s)
+    stamped = np.isin(found.speed_limits, found.measured_speed_limits)
+    assert half[stamped].max() < 0.008  # two stamps
+    assert half.max() < 0.05 * found.durations_s.max()
     assert found.measured_speed_limits.tolist() == [0.3, 1.0]
     assert found.speed_limits.min() >= 0.85 * 0.3  # no profile much below what was measured
     simulated = rj.energy_profile(kr16(), program=cycle[1], move=MOVE)

@@ -19,6 +19,16 @@ from robojoule.profile.measured import measured_profiles
 from tests.calibration.machines import closed_cycle, joint_controller, observed
 
 LIMITS = np.array([0.3, 0.45, 0.6, 0.8, 1.0])
+OVER_LIMITS = (
+    "allowed",
+    "duration_s",
+    "duration_deviation_s",
+    "lasting_deviation_s",
+    "duration_gradient_s",
+    "energy_j",
+    "energy_deviation_j",
+    "energy_gradient_j",
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +51,23 @@ def test_no_other_choice_costs_less(profiles, slack):
     best = min(cost(np.array(one)) for one in product(range(5), repeat=5))
     found = choose_speeds(profiles, budget)
     assert cost(found) <= best + 1e-4 * abs(best)
+
+
+def test_of_equal_choices_the_one_whose_duration_is_surer_is_taken(profiles):
+    """Each speed limit twice, with a deviation of its own once: only that tells the two apart."""
+    twice = {name: np.repeat(getattr(profiles, name), 2, axis=1) for name in OVER_LIMITS}
+    deviation = np.tile([0.0, 0.004], (5, LIMITS.size))
+    for first in (0, 1):
+        found = choose_speeds(
+            replace(
+                profiles,
+                **twice | {"lasting_deviation_s": np.roll(deviation, first, axis=1)},
+                speed_limits=np.repeat(LIMITS, 2),
+                last_pass=None,
+            ),
+            1.4 * profiles.duration_s[:, -1].sum(),
+        )
+        assert (found % 2 == first).all()
 
 
 def test_too_little_time_gives_no_choice(profiles):

@@ -3,8 +3,8 @@
 import pytest
 
 from robojoule.errors import InputError
-from robojoule.formats.tree_files import parse_tree
-from robojoule.programs.operation_tree import ShareZone
+from robojoule.formats.tree_files import parse_tree, tree_to_data
+from robojoule.programs.operation_tree import ShareZone, ToolPath
 from robojoule.robots.robot import Payload
 
 
@@ -56,6 +56,36 @@ BAD = {
         [move("one", speed_group="loop"), move("two", 1.0, speed_group="loop", fixed=True)],
         "operations.1.fixed: moves 'one' and 'two' of speed group 'loop' differ in it",
     ),
+    "no path": (
+        [move("one", path="straight")],
+        "operations.0.path: operation 'one': a path is the word joint or linear, or a mapping with type linear or "
+        "circular (found 'straight')",
+    ),
+    "a circle without its point": (
+        [move("one", path={"type": "circular"})],
+        "operations.0.path: operation 'one': a circular path passes a point via_m, a linear one does not",
+    ),
+    "a line with a point": (
+        [move("one", path={"type": "linear", "via_m": [0, 0, 1]})],
+        "operations.0.path: operation 'one': a circular path passes a point via_m, a linear one does not",
+    ),
+    "unknown key of a path": (
+        [move("one", path={"type": "linear", "speed": 1})],
+        "operations.0.path.speed: operation 'one': unknown key; allowed: acceleration_m_s2, acceleration_rad_s2, "
+        "tool_m, type, via_m",
+    ),
+    "no acceleration": (
+        [move("one", path={"type": "linear", "acceleration_m_s2": 0})],
+        "operations.0.path.acceleration_m_s2: operation 'one': input should be greater than 0 (found 0)",
+    ),
+    "a path of the tool that ends in a zone": (
+        [move("one", path="linear", zone={"radius_m": 0.1}), move("stop")],
+        "operations.0.zone: move 'one' has a coarse zone, but its path is that of the tool, which stops at its end",
+    ),
+    "a path of the tool out of a zone": (
+        [move("via", zone={"radius_m": 0.1}), move("seam", path="linear")],
+        "operations.0.zone: move 'via' has a coarse zone, so 'seam' behind it cannot have a path of the tool",
+    ),
 }
 
 
@@ -82,3 +112,14 @@ def test_a_plan_sets_all_moves_of_a_group():
     assert {m.speed_limit_percent for m in tree.with_plan({"one": 40.0, "two": 40.0}).moves()} == {40.0}
     with pytest.raises(InputError, match="moves 'one' and 'two' of speed group 'loop' differ in it"):
         tree.with_plan({"one": 40.0})
+
+
+def test_a_path_is_a_word_or_says_its_tool():
+    tool = {"type": "linear", "tool_m": [0, 0, 0.2], "acceleration_m_s2": 1.5}
+    tree = parsed(move("a"), move("b", 1.0, path="linear"), move("c", path=tool), move("d", path="joint"))
+    paths = [one.tool_path for one in tree.moves()]
+    assert paths == [None, ToolPath(type="linear"), ToolPath(**tool), None]
+    data = tree_to_data(tree)
+    assert [one.get("path") for one in data["operations"]] == [None, "linear", tool, None]
+    assert parse_tree(data, "cell.yaml") == tree
+    assert tree.with_plan({"c": 40.0}).moves()[2].path == ToolPath(**tool)

@@ -9,6 +9,7 @@ from pathlib import Path
 from robojoule.documents import write_files
 from robojoule.errors import InputError
 from robojoule.formats.format import Reading
+from robojoule.formats.joint_motions import as_joint_motions
 from robojoule.formats.vendor.composing import Compose
 from robojoule.formats.vendor.source import VendorSource
 from robojoule.formats.vendor.text import numbers_in_bounds
@@ -71,9 +72,10 @@ class VendorFiles:
             problem = f"new programs of this kind ({self.name}) are not made"
             raise InputError(problem, file=path, allowed="the format that the program was read from, or another one")
         try:
+            tree, unsaid = as_joint_motions(tree, robot)
             made = self.compose(tree, robot, path.stem)
         except InputError as error:
             raise InputError(error.problem, file=path, key=error.key, allowed=error.allowed) from None
         names = [path, *(path.with_suffix(suffix) for suffix in list(made.texts)[1:])]
         write_files({name: text.encode("utf-8") for name, text in zip(names, made.texts.values(), strict=True)})
-        return made.lost
+        return (*unsaid, *made.lost)

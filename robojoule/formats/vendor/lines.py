@@ -11,6 +11,8 @@ from robojoule.formats.vendor.text import SourceText, Span, lines_of
 
 Node = Tree[Token]
 
+_BRACKETS = {"(": ")", "[": "]", "{": "}", ")": "(", "]": "[", "}": "{"}
+
 
 @dataclass(frozen=True, eq=False)
 class Line:
@@ -98,3 +100,23 @@ def short(code: str) -> str:
     """Code as messages show it."""
     text = " ".join(code.split())
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def flaw_of(code: str) -> str:
+    """Which bracket lacks its other half, in parentheses for messages; empty: none does."""
+    opened: list[str] = []
+    quoted = False
+    for letter in code:
+        if letter == '"':
+            quoted = not quoted
+        elif quoted or letter not in _BRACKETS:
+            continue
+        elif letter in "([{":
+            opened.append(letter)
+        elif not opened:
+            return f" (nothing opens its '{letter}')"
+        elif _BRACKETS[opened[-1]] != letter:
+            break
+        else:
+            opened.pop()
+    return f" (its '{opened[-1]}' is not closed)" if opened else ""

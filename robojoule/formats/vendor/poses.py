@@ -109,6 +109,14 @@ class Poses:
         rotation = present.rotation if target.rotation is None else target.rotation
         return Placement(rotation, np.where(np.isnan(given), present.origin_m, given))
 
+    def place(self, target: PoseTarget, position: Position | None) -> Placement:
+        """Where the tool of a target is to be in the base frame of the robot's file.
+
+        Raises:
+            NotKnown: It cannot be told.
+        """
+        return self._frames(target)[0] @ self.wanted(target, position)
+
     def joints(self, target: PoseTarget, position: Position | None) -> Found:
         """Joint positions of a target.
 

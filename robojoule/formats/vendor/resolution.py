@@ -296,7 +296,7 @@ class _Resolver:
         """A motion between known positions, which begins without a stop or with one."""
         motion = execution.motion
         self.position = execution.target_rad
-        limit = self.limits.of(execution)
+        limit = self.limits.of(execution, is_blended=passing or zone_of(motion, following) != "fine")
         if limit.reason:
             self._keep(motion, limit.reason)
         if limit.remark:
@@ -311,6 +311,7 @@ class _Resolver:
             zone=zone_of(motion, following),
             speed_limit_percent=min(max(percent, LEAST_SPEED_PERCENT), 100.0),
             fixed=is_fixed,
+            path=limit.path or "joint",
         )
         if self.first_waits:
             seconds = sum(wait.duration_s or 0.0 for wait in self.first_waits)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from robojoule.formats.vendor.poses import NotKnown, Poses, Position
 from robojoule.formats.vendor.speeds import (
     leading_share,
-    path_duration_s,
     percent_for_duration,
     percent_for_tool_speed,
     snapped,
 )
-from robojoule.formats.vendor.trace import Motion, NeedsRobot, PoseTarget
-from robojoule.robots.rigid_body import Placement
+from robojoule.formats.vendor.tool_paths import path_motion
+from robojoule.formats.vendor.trace import Motion, NeedsRobot
+from robojoule.programs.operation_tree import ToolPath
 
 LATE_S = 1e-3  # by which a path motion may be off before that is said
 
@@ -42,12 +42,14 @@ class Limit:
         is_fixed: Whether plans keep it.
         remark: What to know about it; empty: nothing.
         reason: Why the motion is kept as it is, where nobody knows how long it takes.
+        path: The way of the tool; None: it is a joint motion, or counts as one.
     """
 
     percent: float | None
     is_fixed: bool = False
     remark: str = ""
     reason: str = ""
+    path: ToolPath | None = None
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,12 @@ class SpeedLimits:
 
     poses: Poses | None
 
-    def of(self, execution: Execution) -> Limit:
+    def of(self, execution: Execution, *, is_blended: bool = False) -> Limit:
         """The speed limit of a motion.
+
+        Args:
+            execution: The motion.
+            is_blended: Whether a zone joins it to the motion before or behind it.
 
         Raises:
             NeedsRobot: Its figure can be understood for a robot only.
@@ -69,7 +75,7 @@ class SpeedLimits:
         motion = execution.motion
         speed = motion.speed
         if motion.kind != "joint":
-            return self._of_path(execution)
+            return self._of_path(execution, is_blended=is_blended)
         if speed.percent is not None:
             return Limit(speed.percent, not speed.writable)
         if speed.duration_s is None and speed.leading_rad_s is None and speed.tool_m_s is None:
@@ -87,41 +93,36 @@ class SpeedLimits:
             return Limit(bounded, not speed.writable)
         percent, off_s = self._timed(execution, self.poses)
         late = f"by the robot's figures the motion takes {off_s:.3f} s longer than the program says"
-        reason = "" if percent else "how long it takes cannot be told"
-        return Limit(percent, not speed.writable, late if off_s > LATE_S else "", reason)
+        return Limit(percent, not speed.writable, late if off_s > LATE_S else "")
 
-    def _of_path(self, execution: Execution) -> Limit:
-        """A motion of the tool along a path stands as a joint motion between its ends that takes as long."""
+    def _of_path(self, execution: Execution, *, is_blended: bool) -> Limit:
+        """A motion of the tool along a path keeps its speed, as its duration or what it is for hangs on it."""
         motion = execution.motion
         if self.poses is None:
             raise NeedsRobot(f"the {motion.kind} motion needs a robot", key=_at(motion))
-        percent, off_s = self._timed(execution, self.poses)
-        if percent is None:
-            return Limit(None, True, reason=f"the program does not say how fast the {motion.kind} motion is")
-        text = f"the {motion.kind} motion is kept, and counted as a joint motion of the same duration"
-        return Limit(percent, True, text + (f" (+{off_s:.3f} s)" if off_s > LATE_S else ""))
+        try:
+            found = path_motion(motion, execution.start_rad, execution.target_rad, self.poses, is_blended=is_blended)
+        except NotKnown as error:
+            return Limit(None, True, reason=str(error))
+        off_s = found.taken_s - found.wanted_s
+        late = f" (+{off_s:.3f} s)" if off_s > LATE_S else ""
+        if found.reason:
+            text = f"the {motion.kind} motion is kept, and counted as a joint motion of the same duration{late}"
+            return Limit(found.percent, True, f"{text}: {found.reason}")
+        remarks = [f"the {motion.kind} motion keeps its speed"]
+        if late:
+            remarks.append(f"by the robot's figures it takes {off_s:.3f} s longer than the program says")
+        if found.is_of_flange:
+            remarks.append("as its tool is not known, the flange is taken to keep to the path")
+        return Limit(found.percent, True, ", ".join(remarks), path=found.path)
 
-    def _timed(self, execution: Execution, poses: Poses) -> tuple[float | None, float]:
+    def _timed(self, execution: Execution, poses: Poses) -> tuple[float, float]:
         """Speed limit at which a joint motion takes as long as its program says, and by how much it differs. [%, s]"""
-        motion = execution.motion
-        places = [self._place(position, motion, poses) for position in (execution.start_rad, execution.target_rad)]
-        if motion.via is not None:
-            try:
-                places.insert(1, poses.wanted(motion.via, execution.start_rad))
-            except NotKnown:
-                return None, 0.0
-        wanted_s = path_duration_s(motion.speed, places)
-        if wanted_s is None:
-            return None, 0.0
+        wanted_s = execution.motion.speed.duration_s
+        assert wanted_s is not None
         ends = [poses.model(position) for position in (execution.start_rad, execution.target_rad)]
         percent, taken_s = percent_for_duration(poses.robot, ends[0], ends[1], wanted_s)
         return percent, taken_s - wanted_s
-
-    def _place(self, position: Position, motion: Motion, poses: Poses) -> Placement:
-        target = motion.target
-        if isinstance(target, PoseTarget) and target.tool is not None and target.base is not None:
-            return poses.tool_in_base(position, target)
-        return poses.flange(position)
 
 
 def _at(motion: Motion) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,9 +14,6 @@ from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Robot
 from robojoule.robots.vendor_frames import vendor_flange
 
-TOOL_ACCELERATION_M_S2 = 2.0  # of path motions whose program does not say: what industrial controllers set, roughly
-TOOL_TURN_RAD_S = math.pi  # likewise, of turns of the tool
-TOOL_TURN_RAD_S2 = 4.0 * math.pi
 _SNAP_PERCENT = 2e-4  # what a program's digits leave of a whole percent
 _SNAP_DURATION = 2e-4  # and of one that was found by its duration
 _LEAST_TRAVEL_RAD = 1e-9
@@ -38,48 +34,6 @@ def snapped(percent: float, within: float = _SNAP_PERCENT) -> float:
         if meant and abs(percent - meant) <= within * max(percent, 1.0):
             return meant
     return round(percent, 6)
-
-
-def trapezoid_s(length: float, speed: float, acceleration: float) -> float:
-    """Duration of a way from rest to rest at a speed with an acceleration, in any one unit of length. [s]"""
-    if length <= 0.0:
-        return 0.0
-    if length < speed * speed / acceleration:
-        return 2.0 * math.sqrt(length / acceleration)
-    return length / speed + speed / acceleration
-
-
-def path_duration_s(speed: Speed, places: Sequence[Placement]) -> float | None:
-    """Duration of a motion of the tool through places on a line or a circle; None: no speed is known. [s]
-
-    Args:
-        speed: Speed of the tool; accelerations that it does not say are `TOOL_ACCELERATION_M_S2` and the like.
-        places: Where the tool starts and ends; between them, on a circle, where it passes.
-    """
-    if speed.duration_s is not None:
-        return speed.duration_s
-    if speed.tool_m_s is None or speed.tool_m_s <= 0.0:
-        return None
-    length = _arc_m(places) if len(places) > 2 else float(np.linalg.norm(places[-1].origin_m - places[0].origin_m))
-    turned = math.acos(min(max((float(np.trace(places[0].rotation.T @ places[-1].rotation)) - 1.0) / 2.0, -1.0), 1.0))
-    along = trapezoid_s(length, speed.tool_m_s, speed.tool_m_s2 or TOOL_ACCELERATION_M_S2)
-    around = trapezoid_s(turned, speed.tool_rad_s or TOOL_TURN_RAD_S, TOOL_TURN_RAD_S2)
-    return max(along, around)
-
-
-def _arc_m(places: Sequence[Placement]) -> float:
-    """Length of the circle through three places; of the straight ways where they are on a line. [m]"""
-    start, via, end = (place.origin_m for place in places)
-    first, second = via - start, end - start
-    across = np.cross(first, second)
-    area = float(np.linalg.norm(across))
-    if area < 1e-9:
-        return float(np.linalg.norm(first) + np.linalg.norm(end - via))
-    chords = [float(np.linalg.norm(chord)) for chord in (first, end - via, second)]
-    radius = chords[0] * chords[1] * chords[2] / (2.0 * area)
-    # What the arc spans at the centre is twice what its chord spans from the far side of the circle.
-    at_via = math.atan2(area, float(np.dot(start - via, end - via)))
-    return radius * 2.0 * (math.pi - at_via)
 
 
 def percent_for_duration(robot: Robot, start_rad: Array, target_rad: Array, duration_s: float) -> tuple[float, float]:

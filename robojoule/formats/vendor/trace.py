@@ -21,6 +21,7 @@ from robojoule.robots.arm_configuration import Configuration
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
 
+_MOST_LINES = 8  # that are named where a note holds for more
 Kind = Literal["joint", "linear", "circular"]
 
 
@@ -233,6 +234,21 @@ class Note:
 
     def __str__(self) -> str:
         return f"line {self.line}: {self.text}"
+
+
+def told(notes: Sequence[Note]) -> tuple[str, ...]:
+    """Notes as sentences with their lines; what is the same for several lines is said once."""
+    lines: dict[str, list[int]] = {}
+    for note in notes:
+        lines.setdefault(note.text, []).append(note.line)
+    return tuple(f"{_places(at)}: {text}" for text, at in lines.items())
+
+
+def _places(lines: Sequence[int]) -> str:
+    if len(lines) == 1:
+        return f"line {lines[0]}"
+    named = ", ".join(map(str, lines[:_MOST_LINES]))
+    return f"{len(lines)} lines ({named}{', ...' if len(lines) > _MOST_LINES else ''})"
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
 """Search for cells that the model alone is too large for: anytime, from a first plan to better ones with a bound.
 
 1. Every robot alone: prices of time, tours to start from, and a bound, the sum of their bounds.
-2. Annealing from several seeds, longer and longer, each followed by the timing problem.
-3. Neighbourhoods of the best plan, until all are exhausted or the time is up; in between, the bound is sharpened robot
-   by robot.
+2. Annealing from several seeds, longer and longer up to a first plan, each followed by the timing problem; the best few
+   plans are kept.
+3. Annealing from those plans and neighbourhoods of the best one, until all are exhausted or the time is up; in between,
+   the bound is sharpened robot by robot.
 """
 
 from __future__ import annotations
@@ -22,19 +23,22 @@ from robojoule.planning.cells.annealing import compile_kernel
 from robojoule.planning.cells.constructive import LATE_S, Annealer, Single, plan_alone, timed
 from robojoule.planning.cells.exact import Found
 from robojoule.planning.cells.linear import INF, Limits
-from robojoule.planning.cells.neighbourhoods import SECONDS, Neighbourhood, Neighbourhoods
+from robojoule.planning.cells.neighbourhoods import FEW_ROBOTS, SECONDS, Neighbourhood, Neighbourhoods
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.selection import Selection
 from robojoule.planning.cells.timing import Timing
 from robojoule.programs.cell import Cell
 
 LEAST_ITERATIONS = 2000  # fewer are not worth a run
-FEWEST_ITERATIONS, MOST_ITERATIONS = 20_000, 1_000_000
+FEWEST_ITERATIONS, STATICS_OF_FEWEST = 20_000, 40  # of the first run: so many for each so many static activities
+MOST_ITERATIONS = 8_000  # of the longest runs, for each static activity
 ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
 BOUND_S = 60.0
-SHARE_OF_ANNEALING = 0.3  # of the time, at most
-REHEAT_ITERATIONS, REHEAT_J = 1_000_000, (100.0, 60.0)
+SHARE_OF_ANNEALING = 0.35  # of the time, at most
+REHEAT_J = (60.0, 100.0, 30.0)
+OFTEN, SELDOM = 4, 12  # turns with one neighbourhood: in cells of many robots they find less than annealing
+KEPT = 4  # plans of different seeds that annealing goes on from
 LEAST_GAIN_J = 0.01
 _PATIENCE_S = 0.1
 MOST_TURNS = 200  # after which nothing more is expected where all neighbourhoods are exhausted
@@ -59,6 +63,7 @@ class LargeSearch:
     workers: int = 1
     best: Found = field(init=False, default_factory=lambda: Found("unknown", None, None, 0.0))
     bounds_j: dict[int, float] = field(init=False, default_factory=dict)
+    kept: list[tuple[Selection, Timing]] = field(init=False, default_factory=list)  # the best of each seed, best first
     pace_s: float = field(init=False, default=0.0)  # what an iteration of annealing took last
 
     def run(self) -> Found:
@@ -85,9 +90,10 @@ class LargeSearch:
         return replace(self.best, status=self._status())
 
     def _anneal(self, annealer: Annealer, began: float) -> None:
-        """Runs from different seeds, doubled in length while none gave a plan, then while the time for them lasts."""
+        """Runs from different seeds, doubled in length while none gave a plan, then long ones while time lasts."""
         until = began + SHARE_OF_ANNEALING * (self.limits.until - began)
-        iterations, seed = FEWEST_ITERATIONS, self.limits.seed * 1000
+        iterations = FEWEST_ITERATIONS * max(self.numbers.statics // STATICS_OF_FEWEST, 1)
+        seed = self.limits.seed * 1000
         while not self._done() and (self.best.selection is None or monotonic() < until):
             iterations = self._affordable(iterations)
             if iterations < LEAST_ITERATIONS:
@@ -96,25 +102,31 @@ class LargeSearch:
                 timing = timed(self.numbers, selection, self._within(10.0, 1e-3))
                 if timing is not None and timing.late_s <= LATE_S:
                     self._better(selection, timing)
+                    self._keep(selection, timing)
                 if self._done():
                     break
             seed += self.workers
-            iterations = min(2 * iterations, MOST_ITERATIONS)
+            longer = 2 * iterations if self.best.selection is None else self._most_iterations
+            iterations = min(longer, self._most_iterations)
 
     def _runs(self, annealer: Annealer, iterations: int, seed: int) -> Iterable[Selection]:
         seeds = range(seed, seed + self.workers)
         if self.executor is None:
             for one in seeds:
                 with self._paced(iterations):
-                    selection = annealer.run(iterations, one)
+                    selection = annealer.run(iterations, one, self._done)
                 yield selection
             return
         with self._paced(iterations):
             found = list(self.executor.map(_Run(self.numbers.cell, annealer.singles, iterations), seeds))
         yield from found
 
+    @property
+    def _most_iterations(self) -> int:
+        return max(MOST_ITERATIONS * self.numbers.statics, FEWEST_ITERATIONS)
+
     def _affordable(self, iterations: int) -> int:
-        """As many iterations as the time lasts for: a run of them cannot be stopped."""
+        """As many iterations as the time lasts for, so that a run of them cools to its end."""
         left_s = max(self.limits.until - monotonic(), 0.0)
         return iterations if self.pace_s * iterations <= left_s else int(left_s / self.pace_s)
 
@@ -129,6 +141,7 @@ class LargeSearch:
         near = Neighbourhoods(self.numbers)
         rng, exhausted = np.random.default_rng(self.limits.seed), set[Neighbourhood]()
         tasks = self._bounds(singles)
+        every = OFTEN if self.numbers.robots <= FEW_ROBOTS else SELDOM
         turn = 0
         while not self._done():
             turn += 1
@@ -136,10 +149,10 @@ class LargeSearch:
             selection, timing = self._plan()
             if turn % 4 == 0 and next(tasks, None) is not None:
                 continue
-            if turn % 4 in (1, 2) or around is None:
-                if self._affordable(REHEAT_ITERATIONS) < LEAST_ITERATIONS:
+            if turn % every != every - 1 or around is None:
+                if self._affordable(self._most_iterations) < LEAST_ITERATIONS:
                     break
-                if self._reheat(annealer, selection, timing, turn):
+                if self._reheat(annealer, turn):
                     exhausted.clear()
                 elif around is None and turn > MOST_TURNS:
                     break
@@ -149,19 +162,33 @@ class LargeSearch:
                 exhausted.add(around)
             else:
                 self._better(*found)
+                self._keep(*found, 0)
                 exhausted.clear()
 
-    def _reheat(self, annealer: Annealer, selection: Selection, timing: Timing, turn: int) -> bool:
-        """A run of annealing from the plan; whether it led to a better one."""
-        hot = REHEAT_J[turn // 2 % len(REHEAT_J)]
-        iterations = self._affordable(REHEAT_ITERATIONS)
+    def _reheat(self, annealer: Annealer, turn: int) -> bool:
+        """A run of annealing from the best plan or, every other time, another one; whether there is a better plan."""
+        parent = 0 if turn % 2 else (turn // 2) % len(self.kept)
+        selection, timing = self.kept[parent]
+        iterations = self._affordable(self._most_iterations)
         with self._paced(iterations):
-            found = annealer.rerun(selection, timing, iterations, self.limits.seed * 1000 + turn, hot)
+            hot = REHEAT_J[turn % len(REHEAT_J)]
+            found = annealer.rerun(selection, timing, iterations, self.limits.seed * 1000 + turn, hot, self._done)
         times = timed(self.numbers, found, self._within(10.0, 1e-3))
         if times is None or times.late_s > LATE_S or times.energy_j >= timing.energy_j - LEAST_GAIN_J:
             return False
+        before_j = self.best.energy_j
         self._better(found, times)
-        return True
+        self._keep(found, times, parent)
+        return self.best.energy_j < before_j
+
+    def _keep(self, selection: Selection, timing: Timing, parent: int | None = None) -> None:
+        """Keep a plan among the best ones, in place of the one that it was made from."""
+        if parent is not None:
+            del self.kept[parent]
+        if all(selection.key != other.key for other, _ in self.kept):
+            self.kept.append((selection, timing))
+        self.kept.sort(key=lambda plan: plan[1].energy_j)
+        del self.kept[KEPT:]
 
     def _bounds(self, singles: list[Single]) -> Iterator[int]:
         """Sharpen the bounds of the robots, the loosest first."""

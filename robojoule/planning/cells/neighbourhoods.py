@@ -22,6 +22,7 @@ from robojoule.planning.cells.timing import Timing, best_times
 
 TANGENTS = 7
 SECONDS = 20.0  # of one neighbourhood
+FEW_ROBOTS = 5  # up to which all may be free
 GAP = 5e-5
 
 
@@ -62,7 +63,7 @@ class Neighbourhoods:
         for r in range(R):
             partners = self.partners(r)
             kinds.append(Neighbourhood(frozenset([r]), frozenset([r, *partners[:2]])))
-        if R <= 5:
+        if R <= FEW_ROBOTS:
             kinds.append(Neighbourhood(everyone, everyone))
         for _ in range(R):
             chosen = frozenset(rng.choice(R, min(4, R), replace=False).tolist())

@@ -17,6 +17,8 @@ from robojoule.arrays import Array, Index
 from robojoule.profile.monomials import MonomialProfile
 from robojoule.programs.cell import Cell
 
+_HALVINGS = 50
+
 
 @dataclass(frozen=True)
 class Lag:
@@ -297,9 +299,29 @@ class Numbering:
         pairs = zip(numbers.tolist(), durations.tolist(), strict=True)
         return np.array([float(self.profiles[t].marginal_power_w(d)) for t, d in pairs])
 
-    def durations_at(self, movements: Sequence[int] | Index, power_w: float) -> Array:
+    def durations_at(self, movements: Sequence[int] | Index, power_w: float | Array) -> Array:
         """Duration at which each movement's slope reaches a power, within its window. [s]"""
-        return np.array([self.profiles[t].duration_at(power_w) for t in movements], dtype=float)
+        if self._terms[0] is not None:
+            return self._bisected(np.asarray(movements, dtype=np.intp), power_w)
+        powers = np.broadcast_to(np.asarray(power_w, dtype=float), len(movements)).tolist()
+        return np.array([self.profiles[t].duration_at(w) for t, w in zip(movements, powers, strict=True)], dtype=float)
+
+    def _bisected(self, movements: Index, power_w: float | Array) -> Array:
+        """`durations_at` of sums of powers, all at once."""
+        coefficients, degrees = self._terms
+        if coefficients is None:
+            raise TypeError("only sums of powers")
+        slopes = coefficients[movements] * degrees
+        low, high = self.d_min_s[movements], self.d_max_s[movements]
+        at_low, at_high = (self.marginal_powers_w(movements, end) for end in (low, high))
+        shortest, longest = at_low >= power_w, at_high <= power_w
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            slower = (slopes * middle[:, None] ** (degrees - 1.0)).sum(axis=1) < power_w
+            low, high = np.where(slower, middle, low), np.where(slower, high, middle)
+        return np.where(
+            shortest, self.d_min_s[movements], np.where(longest, self.d_max_s[movements], 0.5 * (low + high))
+        )
 
     def _clipped(self, movement: int, duration_s: float) -> Array:
         profile = self.profiles[movement]

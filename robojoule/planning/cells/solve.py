@@ -50,8 +50,9 @@ class SearchProgress(Progress):
     @property
     def text(self) -> str:
         """The best plan so far, for people."""
-        found = "no plan yet" if math.isinf(self.energy_j) else f"{self.energy_j:.1f} J, gap {self.gap_percent:.3f} %"
-        return f"{self.work}: {found}"
+        if math.isinf(self.energy_j):
+            return f"{self.work}: no plan yet"
+        return f"{self.work}: {self.energy_j:.1f} J, bound {self.bound_j:.1f} J, gap {self.gap_percent:.3f} %"
 
     def left_s(self, elapsed_s: float, done_before: float = 0.0) -> float:
         """Time until the search ends at the latest. [s]"""

@@ -21,6 +21,28 @@ _ROUNDING = 1e-9
 _SAME_S = 1e-9
 
 
+def check_standing(work: CellWork, limit_w: float) -> None:
+    """Whether standing allows the limit, process steps included, at the cheapest pose and mode of every robot.
+
+    Raises:
+        InputError: It does not; names the least power that it needs, and what for.
+    """
+    least = [_least_standing_w(work, r) for r in range(len(work.works))]
+    if sum(least) > limit_w:
+        problem = f"all robots together draw {sum(least):.0f} W even while they stand"
+        raise InputError(problem, key="peak_power_w", allowed=f"at least {sum(least):.0f} W")
+    needs = []
+    for r, robot in enumerate(work.works):
+        for i, one in enumerate(robot.standstills):
+            own = min(min(robot.powers_w(i, pose).values()) for pose in robot.poses_rad[i]) + one.most_process_w
+            needs.append((own + sum(least) - least[r], r, robot.moves[i].name))
+    needed, r, name = max(needs)
+    if needed > limit_w:
+        problem = f"the process steps after move '{name}' exceed the power even while all other robots stand"
+        where = f"robot {work.cell.robots[r].name}"
+        raise InputError(problem, key=where, allowed=f"peak_power_w of at least {needed:.0f} W")
+
+
 def within_power(work: CellWork, runs: Runs, limit_w: float) -> Runs:
     """Runs that the limit allows while all other robots stand as cheaply as they can.
 
@@ -28,9 +50,6 @@ def within_power(work: CellWork, runs: Runs, limit_w: float) -> Runs:
         InputError: All runs of a motion exceed it; names the least power that is feasible.
     """
     least = [_least_standing_w(work, r) for r in range(len(work.works))]
-    if sum(least) > limit_w:
-        problem = f"all robots together draw {sum(least):.0f} W even while they stand"
-        raise InputError(problem, key="peak_power_w", allowed=f"at least {sum(least):.0f} W")
     kept = {}
     for (r, row), variants in runs.variants.items():
         robot = work.works[r]

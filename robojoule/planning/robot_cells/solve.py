@@ -20,7 +20,7 @@ from robojoule.planning.plan import waiting_until
 from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.cell_run import CellRun, simulate_cell
 from robojoule.planning.robot_cells.plan import RobotCellPlan
-from robojoule.planning.robot_cells.power import keep_apart, within_power
+from robojoule.planning.robot_cells.power import check_standing, keep_apart, within_power
 from robojoule.planning.robot_cells.shared_space import Pairs
 from robojoule.planning.robot_cells.speeds import Runs, exact_runs, whole_runs
 from robojoule.planning.robot_cells.timeline import Timeline
@@ -77,6 +77,8 @@ def plan_robot_cell(
     guard = Guard.of(cell.peak_power_w, allow_overload_percent)
     robots = tuple(replace(one, robot=guard.bearing(one.robot)) for one in cell.robots)
     work = CellWork.of(replace(cell, robots=robots), SLOWEST_SPEED_LIMIT, profiles)
+    if cell.peak_power_w is not None:
+        check_standing(work, cell.peak_power_w)
     search = Search(
         work,
         {"threads": threads, "seed": seed, "stop": stop, "executor": executor},
@@ -195,6 +197,6 @@ def _told(found: RobotCellPlan, cell: RobotCell, guard: Guard) -> RobotCellPlan:
         judged, known = guard.judged(run, program, placed.program, placed.robot)
         programs.append(program)
         runs.append(judged)
-        warnings += [f"{placed.name}: {warning}" for warning in known]
+        warnings += [f"{placed.name}: {warning}" for warning in (*placed.assumed, *known)]
     told: CellRun = replace(found.run, runs=tuple(runs))
     return replace(found, programs=tuple(programs), run=told, warnings=tuple(warnings))

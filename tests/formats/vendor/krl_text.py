@@ -276,7 +276,7 @@ CASES = {
     "linear": Case(
         f"BAS(#INITMOV,0)\n$VEL.CP=0.5\nPTP {TO}\nLIN_REL {{Z -100}}\nLIN_REL {{Z 100}}",
         [AT, None, AT],
-        notes=["the linear motion is kept"],
+        notes=["the linear motion keeps its speed"],
         robot=True,
     ),  # type: ignore[list-item]
     "linear in the tool": Case(
@@ -297,7 +297,7 @@ CASES = {
         + "\nCIRC {X 1173,Y 100,Z 1550,A 0,B 90,C 0},{X 1173,Y 0,Z 1450,A 0,B 90,C 0}\nPTP "
         + HOME,
         [AT_HOME, None, AT_HOME],
-        notes=["the circular motion is kept"],
+        notes=["the circular motion is kept", "the arm meets a singularity"],
         robot=True,
     ),  # type: ignore[list-item]
 }

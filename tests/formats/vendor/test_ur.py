@@ -96,13 +96,13 @@ CASES = {
         f"{TCP}movej({A})\nmovel(pose_trans({pose_text(A)}, p[0,0,-0.05,0,0,0]), a=1.2, v=0.25)\n"
         f"movel({pose_text(A)}, v=0.1)\nmovej({B})",
         [A, None, A, B],
-        notes=["the linear motion is kept"],
+        notes=["the linear motion keeps its speed"],
     ),
     "a circle": Case(
         f"{TCP}movej({A})\nmovec(pose_trans({pose_text(A)}, p[0.02,0,-0.02,0,0,0]), "
         f"pose_trans({pose_text(A)}, p[0.04,0,0,0,0,0]), v=0.1)\nmovej({B})",
         [A, None, B],
-        notes=["the circular motion is kept"],
+        notes=["the circular motion keeps its speed"],
     ),
     "streams": Case(
         f"movej({A})\nmovej({B})\nservoj({C}, t=0.1)\nmovej({B})\nmovej({A})",

@@ -98,5 +98,6 @@ def test_progress_is_told_and_never_worse():
     energies, bounds = [one.energy_j for one in seen], [one.bound_j for one in seen]
     assert energies == sorted(energies, reverse=True) and bounds == sorted(bounds)
     assert energies[-1] == pytest.approx(plan.energy_j) and seen[-1].gap_percent <= 0.01
-    assert seen[0].text.endswith(": no plan yet") and seen[-1].text.endswith(f"{plan.energy_j:.1f} J, gap 0.000 %")
+    assert seen[0].text.endswith(": no plan yet")
+    assert seen[-1].text.endswith(f"{plan.energy_j:.1f} J, bound {plan.bound_j:.1f} J, gap 0.000 %")
     assert seen[0].total == 60.0 and all(one.left_s(0.0) == 60.0 - one.done for one in seen)

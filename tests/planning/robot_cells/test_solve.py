@@ -114,6 +114,9 @@ def test_a_largest_power_is_kept():
     assert plan.energy_j >= free.bound_j
     with pytest.raises(InputError, match="peak_power_w"):
         plan_robot_cell(replace(three(), peak_power_w=150.0))
+    # Welding draws 1500 W, and the three robots stand at 48, 60 and 60 W at least.
+    with pytest.raises(InputError, match=r"robot welder.*after move 'to part'.*peak_power_w of at least 1668 W"):
+        plan_robot_cell(replace(three(), peak_power_w=1667.0))
 
 
 def test_a_cycle_that_is_too_short_is_refused_with_the_least_one():

@@ -13,11 +13,11 @@ from robojoule.formats.vendor.fanuc.labels import endless_labels, inside, label_
 from robojoule.formats.vendor.fanuc.positions import Frames, Position
 from robojoule.formats.vendor.fanuc.registers import Registers, index_of
 from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
-from robojoule.formats.vendor.lines import short
+from robojoule.formats.vendor.fanuc.zones import blend_of
+from robojoule.formats.vendor.lines import flaw_of, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
-    Blend,
     CycleStart,
     Event,
     JointTarget,
@@ -156,9 +156,11 @@ class Machine:
             self.added = one
         elif one.code and not is_remark(one.code) and not one.code.startswith("-"):
             if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
-                self._unknown(one, f"the motion is not understood: {short(one.code)}")
+                self._unknown(one, f"the motion is not understood{flaw_of(one.code)}: {short(one.code)}")
             else:
-                self._unknown(one, f"not understood, it may move the robot: {short(one.code)}", may_stand=True)
+                self._unknown(
+                    one, f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}", may_stand=True
+                )
 
     # Motions
 
@@ -187,13 +189,19 @@ class Machine:
                 kind=kind,
                 target=target,
                 speed=self._speed(one, tree, is_joint=kind == "joint"),
-                blend=_blend(tree),
+                blend=blend_of(tree),
                 via=via if isinstance(via, PoseTarget) else None,
                 reason=reason,
+                tool=self.frames.tool_of(self._position(points[-1])),
             )
         )
         if "SKIP" in words:
             self._unknown(one, f"the motion to {label} may be skipped")
+
+    def _position(self, point: str) -> Position | None:
+        """What section POS says of a point, if anything."""
+        number = None if point.startswith("PR") else self.registers.amount(inside(point))
+        return None if number is None else self.positions.get(int(number))
 
     def _target(self, point: str, label: str) -> tuple[JointTarget | PoseTarget | None, str]:
         if point.startswith("PR"):
@@ -367,7 +375,7 @@ class Machine:
                 self.registers.values.clear()
                 if str(one.tree.children[0]).upper().startswith(("UFRAME", "UTOOL")):
                     self.frames.frame = self.frames.tool = None
-        text = short(block.head.code)
+        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
         if moves:
             self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         elif waits:
@@ -382,17 +390,3 @@ def _may_be_macro(one: Instruction) -> bool:
         return bool(one.code) and not is_remark(one.code)
     word = str(one.tree.children[0]).split("[")[0].upper() if one.kind == "statement" else ""
     return bool(word) and word not in _HARMLESS and not word.startswith("$")
-
-
-def _blend(tree: Node) -> Blend | None:
-    """CNT as a share of the half way: FANUC does not say more of it than that 100 is the roundest."""
-    for ending in tree.find_data("ending"):
-        tokens = [token for token in ending.children if isinstance(token, Token)]
-        if tokens[0].type == "FINE":
-            return None
-        value = float(tokens[1]) if tokens[1].type == "NUMBER" else None
-        if tokens[0].type == "CR":
-            return Blend(radius_m=value * 1e-3) if value else None
-        share = 1.0 if value is None else min(value, 100.0) / 100.0
-        return Blend(share=share) if share > 0.0 else None
-    return None

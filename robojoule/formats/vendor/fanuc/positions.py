@@ -129,7 +129,7 @@ class Frames:
         if any(name not in values for name in (*_PLACE, *_TURN)):
             return None, f"{label} is not taught"
         frame = self._placement("UF", position.user_frame, self.frame, self.beside.bases, self.beside.base)
-        tool = self._placement("UT", position.user_tool, self.tool, self.beside.tools, self.beside.tool)
+        tool = self._tool(position.user_tool)
         missing = [name for name, placement in (tool, frame) if placement is None]
         x, y, z = (values[name] * _MM for name in _PLACE)
         turns = [math.radians(values[name]) for name in _TURN]
@@ -142,6 +142,13 @@ class Frames:
             external=position.external,
             unknown=" and ".join(missing),
         ), ""
+
+    def tool_of(self, position: Position | None) -> Placement | None:
+        """The tool of a motion to a position; None: it is not known."""
+        return self._tool(None if position is None else position.user_tool)[1]
+
+    def _tool(self, own: int | None) -> tuple[str, Placement | None]:
+        return self._placement("UT", own, self.tool, self.beside.tools, self.beside.tool)
 
     def _placement(
         self, kind: str, own: int | None, present: int | None, named: Mapping[str, Placement], given: Placement | None

@@ -14,12 +14,11 @@ from robojoule.formats.vendor.fanuc.positions import read_positions
 from robojoule.formats.vendor.fanuc.syntax import (
     Block,
     Instruction,
-    Line,
-    Numbering,
     blocks,
     instructions,
     lines_in,
     number_of_line,
+    own_row,
     renumbered,
     sections,
 )
@@ -132,21 +131,15 @@ class TeachPendantProgram:
             return (text,)
         changed = {}
         if self._is_counted:
-            changed = {line.start: renumbered(line.text, at) for at, line in enumerate(_numbered(new), start=1)}
+            changed = {line.start: renumbered(line.text, at) for at, line in enumerate(own_row(new), start=1)}
         pieces = [changed.get(line.start, line.text) + text[line.start + len(line.text) : line.end] for line in lines]
         return (_COUNT.sub(lambda found: f"{found[1]}{int(found[2]) + more}", "".join(pieces), count=1),)
 
     @cached_property
     def _is_counted(self) -> bool:
         """Whether instructions are numbered from 1 on, one by one."""
-        numbers = [number_of_line(line.text) for line in _numbered(self.sections["MN"])]
+        numbers = [number_of_line(line.text) for line in own_row(self.sections["MN"])]
         return numbers == list(range(1, len(numbers) + 1))
-
-
-def _numbered(lines: Sequence[Line]) -> list[Line]:
-    """Lines with a number of the program's own row; those of blocks within have rows of their own."""
-    numbering = next((one for line in lines if (one := Numbering.of(line.text)) is not None), None)
-    return [line for line in lines if numbering is not None and numbering.continues(line.text)]
 
 
 def _hundredths(seconds: float) -> str:

@@ -15,6 +15,7 @@ from robojoule.formats.vendor.text import SourceText, Span, lines_of
 
 Node = Tree[Token]
 _PREFIX = re.compile(r"[ \t]*(\d*)[ \t]*:")
+_MOTION = re.compile(r"[ \t]*[JLCSA][ \t]+PR?\[")
 _DEEPEST = 100  # blocks within each other
 
 
@@ -96,28 +97,29 @@ def within(body: Sequence[Instruction | Block]) -> Iterator[Instruction]:
             yield one
 
 
-@dataclass(frozen=True)
-class Numbering:
-    """How a program numbers its instructions.
+def own_row(lines: Sequence[Line]) -> list[Line]:
+    """The numbered lines of a program's own row; those of blocks below a motion have rows of their own.
 
-    Attributes:
-        digits_at: Column at which the first number begins.
-        colon_at: Column of the colon behind it.
+    Such a block is set in farther than the program, its numbers begin anew, and nothing in it moves the robot. Else
+    numbers and where they stand may be irregular, as they are in files that people have edited.
     """
-
-    digits_at: int
-    colon_at: int
-
-    @classmethod
-    def of(cls, text: str) -> Numbering | None:
-        """That of a line; None: it has no number."""
-        found = _PREFIX.match(text)
-        return cls(found.start(1), found.end() - 1) if found is not None and found[1] else None
-
-    def continues(self, text: str) -> bool:
-        """Whether a line's number is one of the same row of numbers: its beginning or its end are in line."""
-        other = Numbering.of(text)
-        return other is not None and (other.digits_at == self.digits_at or other.colon_at == self.colon_at)
+    found: list[Line] = []
+    digits_at = colon_at = last = inner = 0
+    for line in lines:
+        prefix = _PREFIX.match(line.text)
+        if prefix is None or not prefix[1]:
+            continue
+        number = int(prefix[1])
+        is_set_in = bool(found) and prefix.start(1) > digits_at and prefix.end() - 1 > colon_at
+        is_set_in &= _MOTION.match(line.text, prefix.end()) is None
+        if is_set_in and (number <= last or number == inner + 1):
+            inner = number
+            continue
+        if not found:
+            digits_at, colon_at = prefix.start(1), prefix.end() - 1
+        last, inner = number, -1
+        found.append(line)
+    return found
 
 
 @cache
@@ -180,7 +182,7 @@ def sections(lines: Sequence[Line]) -> dict[str, list[Line]]:
 
 def instructions(lines: Sequence[Line]) -> list[Instruction]:
     """The instructions of the section MN."""
-    numbering = next((one for line in lines if (one := Numbering.of(line.text)) is not None), None)
+    own = {line.start for line in own_row(lines)}
     found: list[Instruction] = []
     at = 0
     while at < len(lines):
@@ -192,7 +194,7 @@ def instructions(lines: Sequence[Line]) -> list[Instruction]:
         last = at
         while not lines[last].text.rstrip().endswith(";") and last + 1 < len(lines) and _goes_on(lines[last + 1].text):
             last += 1
-        nested = bool(prefix[1]) and numbering is not None and not numbering.continues(line.text)
+        nested = bool(prefix[1]) and line.start not in own
         found.append(_instruction(lines[at : last + 1], prefix.end(), nested))
         at = last + 1
     return _with_blocks(found, lines)
@@ -237,6 +239,14 @@ def _with_blocks(found: list[Instruction], lines: Sequence[Line]) -> list[Instru
     return result
 
 
+def kind_of(one: Instruction) -> str:
+    """What an instruction is; one that is not understood and stands as a block's head opens that block."""
+    if one.tree is not None or not one.code:
+        return one.kind
+    words = one.code.upper().replace("(", " ( ").replace(",", " ").split()
+    return "for_" if words[0] == "FOR" else "if_" if words[0] == "IF" and words[-1] == "THEN" else ""
+
+
 def blocks(found: Sequence[Instruction]) -> list[Instruction | Block]:
     """Instructions as blocks; an end without a beginning is an instruction of its own."""
     top: list[Instruction | Block] = []
@@ -246,14 +256,14 @@ def blocks(found: Sequence[Instruction]) -> list[Instruction | Block]:
     for one in found:
         if one.is_nested:
             continue
-        if one.kind in closing and len(stack) < _DEEPEST:
+        if kind_of(one) in closing and len(stack) < _DEEPEST:
             block = Block(one)
             body.append(block)
             stack.append((block, body))
             body = block.body
-        elif one.kind == "else_" and stack and stack[-1][0].head.kind == "if_":
+        elif one.kind == "else_" and stack and kind_of(stack[-1][0].head) == "if_":
             body = stack[-1][0].other
-        elif stack and one.kind == closing[stack[-1][0].head.kind]:
+        elif stack and one.kind == closing[kind_of(stack[-1][0].head)]:
             _, body = stack.pop()
         else:
             body.append(one)

@@ -9,8 +9,8 @@ from lark import Tree
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, within
-from robojoule.formats.vendor.lines import Line, short
+from robojoule.formats.vendor.krl.syntax import Block, kind_of, within
+from robojoule.formats.vendor.lines import Line, flaw_of, short
 from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 
@@ -66,6 +66,9 @@ class Flow(ABC):
         self.events.append(Unknown(line.number, what, may_stand))
 
     def _block(self, block: Block) -> None:
+        if block.head.tree is None:
+            self._skip(block)
+            return
         kind = block.head.kind
         rule: Callable[[Block], None] = getattr(self, f"_{kind.rstrip('_')}_block")
         rule(block)
@@ -172,7 +175,7 @@ class Flow(ABC):
 
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves, waits = False, block.head.kind.rstrip("_") in ("while", "repeat")
+        moves, waits = False, kind_of(block.head).rstrip("_") in ("while", "repeat", "loop")
         for line in within([block]):
             if line.tree is None:
                 continue
@@ -185,7 +188,7 @@ class Flow(ABC):
                 if name == "BAS":
                     self.set_speed(UNKNOWN)
             moves |= line.kind in ("motion", "goto", "exit", "return_")
-        text = short(block.head.code)
+        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
         if moves:
             self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         elif waits:

@@ -20,7 +20,7 @@ from robojoule.formats.vendor.krl.targets import (
     speed_of,
     target_of,
 )
-from robojoule.formats.vendor.lines import Line, Node, first_word, short
+from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
@@ -28,6 +28,16 @@ from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
 AXES = 6
+_FULL_PERCENT = 100.0
+NOT_SIMULATED = {
+    "$OV_PRO": "speeds are those at an override of 100 %",
+    "$ACC_AXIS": "accelerations are those of the robot",
+    "$ACC_AXIS_C": "accelerations are those of the robot",
+    "$ACC": "turns of the tool have accelerations that are assumed",
+    "$VEL_AXIS_C": "speeds within zones are those of the motions",
+    "$GEAR_JERK": "the jerk is that of the robot",
+    "$RED_VEL": "speeds are those that the program gives",
+}
 
 
 @dataclass
@@ -72,6 +82,7 @@ class Machine(Flow):
         self.beside = frames.beside
         self.still = frames.beside.still
         self.carried: Payload | None = None
+        self.told: set[str] = set()  # names of what is not simulated
         self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
         self.executions: list[Executed] = []
@@ -127,9 +138,9 @@ class Machine(Flow):
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code).upper()
         if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
-            self.unknown(line, f"the motion is not understood: {short(line.code)}")
+            self.unknown(line, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
-            self.note(line, f"not understood and kept: {short(line.code)}")
+            self.note(line, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions
 
@@ -185,6 +196,7 @@ class Machine(Flow):
             blend=blend,
             via=via if isinstance(via, PoseTarget) else None,
             reason=reason,
+            tool=self.frames.tool,
         )
         self.events.append(motion)
 
@@ -247,6 +259,7 @@ class Machine(Flow):
         if path == ("$APO", "CPTP"):
             self.variables.set(APO_MODE, "")
         self.sets += root.startswith("$VEL_AXIS[")
+        self._note_modal(root, path, value, line)
         if root in ("$TOOL", "$BASE"):
             self._frame(root, expression, value, line)
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
@@ -255,6 +268,14 @@ class Machine(Flow):
             self._carry(line, payload_of(self.variables.values[root]), short(line.code))
         elif root.startswith(("$OUT", "$ANOUT")) and not continues:
             self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
+
+    def _note_modal(self, root: str, path: tuple[str, ...], value: Value, line: Line) -> None:
+        """Tell once of what acts on all motions and is not simulated."""
+        name = root.partition("[")[0]
+        is_full = number(value) == _FULL_PERCENT
+        if name in NOT_SIMULATED and path != ("$ACC", "CP") and not is_full and name not in self.told:
+            self.told.add(name)
+            self.note(line, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
 
     def _frame(self, root: str, expression: Node | Token, value: Value, line: Line) -> None:
         path = (

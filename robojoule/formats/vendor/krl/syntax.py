@@ -10,11 +10,12 @@ from pathlib import Path
 from lark import Lark, Token
 from lark.exceptions import LarkError
 
-from robojoule.formats.vendor.lines import Line, Node, lines_in
+from robojoule.formats.vendor.lines import Line, Node, first_word, lines_in
 from robojoule.formats.vendor.text import SourceText
 
 _OPENING = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "repeat": "until", "loop": "endloop"}
 _OPENING |= {"switch": "endswitch", "spline": "endspline"}
+_OPENING_WORDS = {kind.rstrip("_").upper(): kind for kind in _OPENING}
 _DIVIDING = {"else_": "if_", "case": "switch", "default": "switch"}
 _DEEPEST = 100  # blocks within each other
 
@@ -117,22 +118,29 @@ def _routine(head: Line, lines: list[Line]) -> Routine:
     return Routine(names[-1], tuple(parameters), blocks(lines))
 
 
+def kind_of(line: Line) -> str:
+    """What a line is; one that is not understood and begins as a block does opens that block."""
+    if line.tree is None and line.code:
+        return _OPENING_WORDS.get(first_word(line.code).upper(), "")
+    return line.kind
+
+
 def blocks(lines: list[Line]) -> list[Line | Block]:
     """Lines as blocks; an end without a beginning is a line of its own."""
     top: list[Line | Block] = []
     stack: list[tuple[Block, list[Line | Block]]] = []
     body = top
     for line in lines:
-        kind = line.kind
+        kind = kind_of(line)
         if kind in _OPENING and len(stack) < _DEEPEST:
             block = Block(line)
             body.append(block)
             stack.append((block, body))
             body = block.body
-        elif stack and _DIVIDING.get(kind) == stack[-1][0].head.kind:
+        elif stack and _DIVIDING.get(kind) == kind_of(stack[-1][0].head):
             body = []
             stack[-1][0].parts.append((line, body))
-        elif stack and kind == _OPENING[stack[-1][0].head.kind]:
+        elif stack and kind == _OPENING[kind_of(stack[-1][0].head)]:
             stack[-1][0].foot = line
             _, body = stack.pop()
         else:

@@ -9,9 +9,10 @@ from contextlib import suppress
 from lark import Token, Tree
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.lines import short
+from robojoule.formats.vendor.lines import flaw_of, short
 from robojoule.formats.vendor.rapid.data import payload_of, tool_of
 from robojoule.formats.vendor.rapid.expressions import Variables, arguments_of, path_of, value_of
+from robojoule.formats.vendor.rapid.instructions import CHANGING, HARMLESS, NOT_SIMULATED, WAITS
 from robojoule.formats.vendor.rapid.motions import FORMS, Setting, read_motion
 from robojoule.formats.vendor.rapid.syntax import Block, Node, Routine, Statement, within
 from robojoule.formats.vendor.text import Span
@@ -24,37 +25,6 @@ ADDED = "!robojoule"  # begins the comment of waits that plans add
 MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _DEEPEST_CALLS = 50
 _NOTHING_KG = 0.001  # load0's mass, which stands for none
-_WAITS = {"WAITDI", "WAITDO", "WAITAI", "WAITAO", "WAITGI", "WAITGO", "WAITUNTIL", "WAITROB", "WAITSYNCTASK"}
-_WAITS |= {"WAITLOAD", "WAITWOBJ", "WAITTESTANDSET", "UIMSGBOX", "TPREADFK", "TPREADNUM", "TPREADDNUM", "SYNCMOVEON"}
-# Instructions that move nothing and take no time to speak of.
-_HARMLESS = {"SET", "RESET", "SETDO", "SETGO", "SETAO", "PULSEDO", "INVERTDO", "TPWRITE", "TPERASE", "TPSHOW", "ADD"}
-_HARMLESS |= {"INCR", "DECR", "CLEAR", "CLKSTART", "CLKSTOP", "CLKRESET", "CONFL", "SINGAREA", "ERRWRITE", "WRITE"}
-_HARMLESS |= {
-    "OPEN",
-    "CLOSE",
-    "LOAD",
-    "UNLOAD",
-    "STARTMOVE",
-    "IENABLE",
-    "IDISABLE",
-    "ISIGNALDI",
-    "ISIGNALDO",
-    "IDELETE",
-}
-_HARMLESS |= {"IWATCH", "ISLEEP", "CONNECT", "ITIMER", "TRIGGIO", "TRIGGEQUIP", "TRIGGINT", "PATHACCLIM", "RETRY"}
-_HARMLESS |= {
-    "MOTIONSUP",
-    "SOFTACT",
-    "SOFTDEACT",
-    "TUNESERVO",
-    "TUNERESET",
-    "CORRCON",
-    "CORRWRITE",
-    "ACTUNIT",
-    "PATHRESOL",
-}
-_HARMLESS |= {"DEACTUNIT", "WZHOMEJOINTDEF", "WZLIMSUP", "BOOKERRNO", "TRYNEXT", "SYNCMOVEOFF", "ENDSYNC", "SETSYSDATA"}
-_CHANGING = {"ADD", "INCR", "DECR", "CLEAR"}  # the value of their first argument
 
 
 class _Leave(Exception):
@@ -115,7 +85,9 @@ class Machine:
     def _body(self, body: Sequence[Statement | Block]) -> None:
         for one in body:
             self._count(one.head if isinstance(one, Block) else one)
-            if isinstance(one, Block):
+            if isinstance(one, Block) and one.head.tree is None:
+                self._skip(one.head, list(within([one]))[1:])
+            elif isinstance(one, Block):
                 rule: Callable[[Block], None] = getattr(self, f"_{one.head.kind.rstrip('_')}_block")
                 rule(one)
             else:
@@ -125,7 +97,9 @@ class Machine:
         """One statement that opens no block."""
         tree = one.tree
         if tree is None:
-            self._unknown(one, f"not understood, it may move the robot: {short(one.code)}", may_stand=True)
+            self._unknown(
+                one, f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}", may_stand=True
+            )
         elif one.kind == "declaration":
             self._declare(one, tree)
         elif one.kind == "assignment":
@@ -177,13 +151,15 @@ class Machine:
             self._motion(one, tree)
         elif name == "WAITTIME":
             self._wait(one, tree)
-        elif name in _WAITS:
+        elif name in WAITS:
             self.events.append(Wait(one.start, one.line, None, short(one.code)))
         elif name in ("VELSET", "ACCSET", "CONFJ", "GRIPLOAD"):
             getattr(self, f"_{name.lower()}")(one, tree)
-        elif name in _HARMLESS:
-            if name in _CHANGING:
+        elif name in HARMLESS:
+            if name in CHANGING:
                 self._forget_first(one, tree)
+            if name in NOT_SIMULATED:
+                self.note(one, f"{tree.children[0]} is kept and not simulated: {NOT_SIMULATED[name]}")
         elif name not in self.beside.still:
             self._unknown(one, f"{tree.children[0]} is not in this file, it may move the robot", may_stand=True)
 
@@ -375,16 +351,15 @@ class Machine:
                 self.variables.forget(str(one.tree.children[0].children[0]))  # type: ignore[union-attr]
             name = str(one.tree.children[0]).upper() if one.tree is not None and one.kind == "call" else ""
             moves |= one.tree is None or one.kind in ("late_call", "goto", "return_")
-            waits |= name in _WAITS or name == "WAITTIME"
-            moves |= bool(name) and name not in _HARMLESS and name not in _WAITS and name != "WAITTIME"
+            waits |= name in WAITS or name == "WAITTIME"
+            moves |= bool(name) and name not in HARMLESS and name not in WAITS and name != "WAITTIME"
+        text = f"{short(head.code)}{flaw_of(head.code)}"
         if moves:
-            self._unknown(
-                head, f"whether this runs is not known, it may move the robot: {short(head.code)}", may_stand=True
-            )
+            self._unknown(head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         elif waits:
-            self.events.append(Wait(head.start, head.line, None, short(head.code)))
+            self.events.append(Wait(head.start, head.line, None, text))
         else:
-            self.note(head, f"whether this runs is not known, it is kept: {short(head.code)}")
+            self.note(head, f"whether this runs is not known, it is kept: {text}")
 
 
 def _both(tool: Payload, part: Payload, frame: Placement) -> Payload:

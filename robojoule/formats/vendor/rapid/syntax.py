@@ -161,7 +161,8 @@ def _pieces(text: str) -> Iterator[tuple[int, int, str]]:
         word = piece.upper()
         if not first or first in _SCOPES:
             first = word
-        ends_here = (len(code) == 1 and word in _WORDS) or (depth <= 0 and _OPENED_BY.get(first) == word)
+        # THEN and DO are words of the language: a bracket before them that is not closed does not hide them.
+        ends_here = (len(code) == 1 and word in _WORDS) or _OPENED_BY.get(first) == word
         ends_here |= piece == ":" and (first in ("CASE", "DEFAULT") or before == "name")
         before = "name" if len(code) == 1 and piece.isidentifier() else before if is_blank else ""
         if ends_here:
@@ -219,21 +220,30 @@ _CLOSED_BY = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "test": "e
 _PART_OF = {"elseif": "if_", "else_": "if_", "case": "test", "default": "test"}
 
 
+def kind_of(one: Statement) -> str:
+    """What a statement is; one that is not understood and stands as a block's head opens that block."""
+    if one.tree is not None:
+        return one.kind
+    words = one.code.upper().replace("(", " ( ").replace(")", " ) ").split() or [""]
+    is_head = words[0] in ("IF", "FOR", "WHILE") and words[-1] == _OPENED_BY[words[0]]
+    return f"{words[0].lower()}_" if is_head else ""
+
+
 def blocks(found: Sequence[Statement]) -> list[Statement | Block]:
     """Statements as blocks; an end without a beginning is a statement of its own."""
     top: list[Statement | Block] = []
     stack: list[tuple[Block, list[Statement | Block]]] = []
     body = top
     for one in found:
-        if one.kind in _CLOSED_BY and len(stack) < _DEEPEST:
+        if kind_of(one) in _CLOSED_BY and len(stack) < _DEEPEST:
             block = Block(one)
             body.append(block)
             stack.append((block, body))
             body = block.body
-        elif stack and _PART_OF.get(one.kind) == stack[-1][0].head.kind:
+        elif stack and _PART_OF.get(one.kind) == kind_of(stack[-1][0].head):
             body = []
             stack[-1][0].parts.append((one, body))
-        elif stack and one.kind == _CLOSED_BY[stack[-1][0].head.kind]:
+        elif stack and one.kind == _CLOSED_BY[kind_of(stack[-1][0].head)]:
             _, body = stack.pop()
         else:
             body.append(one)

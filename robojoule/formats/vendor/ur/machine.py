@@ -7,7 +7,7 @@ import math
 from lark import Token, Tree
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.lines import Line, Node, first_word, short
+from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, short
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
@@ -23,7 +23,7 @@ from robojoule.formats.vendor.trace import (
 )
 from robojoule.formats.vendor.ur.expressions import Pose, arguments_of, value_of
 from robojoule.formats.vendor.ur.motions import MOTIONS, Call, label_of, speed_of, target_of
-from robojoule.formats.vendor.ur.syntax import Block
+from robojoule.formats.vendor.ur.syntax import Block, kind_of
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
@@ -104,6 +104,8 @@ class Machine:
                 raise InputError(f"the program does not end within {MOST_STEPS} steps", key=f"line {head.number}")
             if isinstance(one, Line):
                 self._step(one)
+            elif one.head.tree is None:
+                self._skip(one)
             elif one.head.kind == "while_":
                 self._while(one)
             elif one.head.kind == "if_":
@@ -132,9 +134,9 @@ class Machine:
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code)
         if word in MOTIONS or word in STREAMS:
-            self._unknown(line, f"the motion is not understood: {short(line.code)}")
+            self._unknown(line, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
         else:
-            self.note(line, f"not understood and kept: {short(line.code)}")
+            self.note(line, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     def _value(self, node: Node | Token, line: Line) -> Value:
         return value_of(node, line, self.variables)
@@ -274,6 +276,7 @@ class Machine:
                 blend=Blend(radius_m=radius) if radius is not None and radius > 0.0 else None,
                 via=via if isinstance(via, PoseTarget) else None,
                 reason="" if target is not None else f"its target is known only while the program runs: {text}",
+                tool=self.tool,
             )
         )
 
@@ -322,14 +325,14 @@ class Machine:
 
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves, waits = False, block.head.kind == "while_"
+        moves, waits = False, kind_of(block.head) == "while_"
         for line in block.lines():
             if line.kind == "assignment" and line.tree is not None:
                 names = [one for one in line.tree.children if isinstance(one, Token) and one.type == "NAME"]
                 self.variables[str(names[0])] = UNKNOWN
             moves |= self._may_move(line)
             waits |= line.kind == "call_line" and line.tree is not None and str(line.tree.children[0]) in _STANDING
-        text = short(block.head.code)
+        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
         if moves:
             self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
         elif waits:
@@ -352,8 +355,7 @@ class Machine:
 
 
 def _name(head: Line) -> str:
-    assert head.tree is not None
-    return str(head.tree.children[0]) if head.kind in ("def_", "thread") else ""
+    return str(head.tree.children[0]) if head.tree is not None and head.kind in ("def_", "thread") else ""
 
 
 def _defines(one: Line | Block) -> bool:

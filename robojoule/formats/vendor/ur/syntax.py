@@ -10,10 +10,11 @@ from pathlib import Path
 from lark import Lark
 from lark.exceptions import LarkError
 
-from robojoule.formats.vendor.lines import Line, Node, lines_in
+from robojoule.formats.vendor.lines import Line, Node, first_word, lines_in
 from robojoule.formats.vendor.text import SourceText
 
 _OPENING = ("def_", "thread", "while_", "if_")
+_OPENING_WORDS = {"while": "while_", "if": "if_"}
 _DEEPEST = 100  # blocks within each other
 
 
@@ -60,18 +61,23 @@ def read_lines(source: SourceText) -> list[Line]:
     return lines_in(source, 0, "#", _parsed)
 
 
+def kind_of(line: Line) -> str:
+    """What a line is; one that is not understood and begins as a block does opens that block."""
+    return _OPENING_WORDS.get(first_word(line.code), "") if line.tree is None else line.kind
+
+
 def blocks(lines: list[Line]) -> list[Line | Block]:
     """Lines as blocks; an `end` without a beginning is a line of its own."""
     top: list[Line | Block] = []
     stack: list[tuple[Block, list[Line | Block]]] = []
     body = top
     for line in lines:
-        if line.kind in _OPENING and len(stack) < _DEEPEST:
+        if kind_of(line) in _OPENING and len(stack) < _DEEPEST:
             block = Block(line)
             body.append(block)
             stack.append((block, body))
             body = block.body
-        elif line.kind in ("elif_", "else_") and stack and stack[-1][0].head.kind == "if_":
+        elif line.kind in ("elif_", "else_") and stack and kind_of(stack[-1][0].head) == "if_":
             body = []
             stack[-1][0].parts.append((line, body))
         elif line.kind == "end" and stack:

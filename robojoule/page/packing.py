@@ -25,7 +25,7 @@ TIME_S, ENERGY_J, POWER_W, PERCENT = 1e-5, 1e-3, 1.0, 0.01  # units of what is s
 SPAN = 2000  # units from end to end of a small picture
 _PICTURE = 0.002  # error of a small picture, of its height
 _POWER = 0.0025  # error of the power over time, of its largest
-_LIMIT_PERCENT = 0.02
+_LIMIT_PERCENT = 0.04
 _BASE = 36
 
 
@@ -37,15 +37,25 @@ class Detail:
         energy_j: Error of the trade-off; zero for every breakpoint. [J]
         steps: How many steps from breakpoint to breakpoint say which movement takes the time.
         pictures: How many motions have a picture of their profile.
+        coarse: By how much lines may be off, in what one can see. [-]
     """
 
     energy_j: float
     steps: int
     pictures: int
+    coarse: float = 1.0
 
 
 FULL = Detail(0.0, 10**9, 10**9)
-DETAILS = (FULL, *(Detail(0.002 * 4**k, 20_000 // 2**k, 400 // 2**k) for k in range(6)))
+DETAILS = (
+    FULL,
+    Detail(0.002, 20_000, 400),
+    Detail(0.01, 20_000, 300),
+    Detail(0.02, 12_000, 200, 2.0),
+    Detail(0.05, 12_000, 50, 3.0),
+    Detail(0.1, 6_000, 0, 5.0),
+    Detail(0.5, 3_000, 0, 10.0),
+)
 
 
 def packed(report: Report, detail: Detail = FULL) -> dict[str, Any]:
@@ -63,20 +73,23 @@ def packed(report: Report, detail: Detail = FULL) -> dict[str, Any]:
     trade, shortened = _trade_off(curve, end_s, detail)
     drawn = _drawn(moves, detail.pictures)
     if len(drawn) < len(moves):
-        shortened.append(f"profiles of the {len(drawn)} motions that take most energy are drawn, of {len(moves)}")
+        which = f"only the profiles of the {len(drawn)} motions that take most energy" if drawn else "no profiles"
+        shortened.append(f"{which} are drawn")
+    if detail.coarse > 1.0:
+        shortened.append(f"speed limits at the slider are within {detail.coarse * _LIMIT_PERCENT:g} % of full speed")
     return {
         "plan": plan,
         "yearly": report.yearly.to_dict(),
         "trade_off": {**trade, "largest_gap_percent": 100.0 * report.trade_off.largest_gap},
-        "given": _trace(report.given),
-        "planned": _trace(report.planned),
+        "given": _trace(report.given, detail.coarse),
+        "planned": _trace(report.planned, detail.coarse),
         "movements": [
             {
                 "name": name,
                 "given_percent": round(100.0 * float(limit), 3),
                 "given_s": round(before, 5),
                 "plan": [move["speed_limit_percent"], *(round(move[key], 4) for key in _SHOWN)],
-                "limits": _limits(table, float(longest)),
+                "limits": _limits(table, float(longest), detail.coarse),
                 "profile": _profile(profile, (before, move["duration_s"], float(longest))) if k in drawn else None,
             }
             for k, (name, limit, before, move, table, longest, profile) in enumerate(
@@ -162,11 +175,11 @@ def _steps(curve: ParetoCurve, inside: int, end_s: float, most: int) -> tuple[Ar
     return np.array([one[1] for one in joined]), np.array([one[2] for one in joined]), longest
 
 
-def _limits(table: Array, longest_s: float) -> list[list[int]]:
+def _limits(table: Array, longest_s: float, coarse: float) -> list[list[int]]:
     """Durations and speed limits, slowest first: the limit is nearly linear in the inverse of the duration."""
     last = min(int(np.searchsorted(table[0], longest_s)) + 1, table.shape[1])
     inverse, percent = 1.0 / np.maximum(table[0, :last][::-1], 1e-9), 100.0 * table[1, :last][::-1]
-    points = needed_points(inverse, percent, _LIMIT_PERCENT)
+    points = needed_points(inverse, percent, coarse * _LIMIT_PERCENT)
     return [in_steps(1.0 / inverse[points], TIME_S), in_steps(percent[points], PERCENT)]
 
 
@@ -194,10 +207,10 @@ def _drawn(moves: list[dict[str, Any]], most: int) -> set[int]:
     return set(sorted(range(len(moves)), key=lambda k: (-moves[k]["energy_j"], k))[:most])
 
 
-def _trace(trace: CycleTrace) -> dict[str, Any]:
+def _trace(trace: CycleTrace, coarse: float) -> dict[str, Any]:
     names = list(dict.fromkeys(step.name for step in trace.steps))
     places = {name: place for place, name in enumerate(names)}
-    points = needed_points(trace.time_s, trace.power_w, _POWER * float(trace.power_w.max()))
+    points = needed_points(trace.time_s, trace.power_w, coarse * _POWER * float(trace.power_w.max()))
     return {
         "names": names,
         "kinds": "".join(step.kind[0] for step in trace.steps),
