@@ -28,7 +28,7 @@ from tests.reproduction.motions.test_shards import DESCRIPTION
 from tests.reproduction.study.cases import small_study
 from tests.reproduction.test_parts import Refusing
 
-STARTED = 300.0  # longest time until a cluster is up; Ray takes a minute on a busy machine
+STARTED = 900.0  # longest time until a cluster is up; Ray takes a minute on a busy machine, more on an overloaded one
 
 
 def dask(background: Background, folder: Path) -> str:
