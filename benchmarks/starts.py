@@ -6,6 +6,7 @@ cannot do without.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
@@ -17,6 +18,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks import pipeline
 from benchmarks.measure import interleaved, ratio, rounded, run
 from flows.service import answers, free_port
 
@@ -77,8 +79,12 @@ def measure(folder: Path, rounds: int = ROUNDS) -> dict[str, float]:
 
 def main() -> None:
     """Print the figures as JSON."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.starts", description=__doc__.splitlines()[0])
+    parser.add_argument("--pipeline", action="store_true", help="the whole pipeline over bare writing and fits, too")
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        print(json.dumps(measure(Path(folder))))
+        found = measure(Path(folder))
+        print(json.dumps(found | (pipeline.measure(Path(folder)) if arguments.pipeline else {})))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ POOL = "local"
 # Who holds which slot is kept in files: in memory, as is Prefect's default, a server that is started again would know
 # nothing of runs that go on, and end them.
 _LEASES, _LEASES_IN = "PREFECT_SERVER_CONCURRENCY_LEASE_STORAGE", "prefect.server.concurrency.lease_storage"
+_USERS = "MLFLOW_AUTH_CONFIG_PATH"
 SERVICES = ("prefect-server", "mlflow-server", "prefect-worker")
 
 
@@ -35,7 +36,11 @@ def services(layout: Layout) -> list[Service]:
     environment = prefect_environment(layout)
     service = partial(Service, folder=desk, cwd=layout.root.resolve())
     stored = ["--backend-store-uri", store, "--default-artifact-root", layout.mlflow_artifacts.as_uri()]
-    app = ["--app-name", "basic-auth"] if _with_users() else []
+    app: list[str] = []
+    users: dict[str, str] = {}
+    if _with_users():  # without, MLflow would read the file as well, and fail where there is none
+        app = ["--app-name", "basic-auth"]
+        users = {_USERS: os.environ.get(_USERS, str(_users_file(layout)))}
     python = [sys.executable, "-m"]
     return [
         service(
@@ -47,10 +52,7 @@ def services(layout: Layout) -> list[Service]:
         service(
             "mlflow-server",
             [*python, *["mlflow", "server", "--workers", "1"], *app, *stored],
-            environment={
-                "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",  # seven processes for what is not used here
-                "MLFLOW_AUTH_CONFIG_PATH": os.environ.get("MLFLOW_AUTH_CONFIG_PATH", str(_users_file(layout))),
-            },
+            environment={"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"} | users,  # seven processes for what is not used
             health=f"{mlflow}/health",
         ),
         service(

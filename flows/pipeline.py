@@ -1,8 +1,8 @@
 """The pipeline as a Prefect flow.
 
 DVC decides what is out of date and keeps the results; Prefect brings schedule, retries, timeouts and artifacts; MLflow
-keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is a
-task that ends at once.
+keeps the record of each training. Prefect therefore caches and persists nothing: a stage that DVC finds unchanged is
+not started.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +39,7 @@ from reproduction.predictors.estimators import MODELS
 from reproduction.profile_predictor.training import MODEL
 from reproduction.settings import address
 from reproduction.tracking.store import data_hash, find_run
-from robojoule.errors import RobojouleError
+from robojoule.errors import InputError, RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
 MLFLOW_UI = address("mlflow")
@@ -194,8 +193,11 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
     """
     layout = Layout(root)
     data = data_hash(layout.features)
-    runs = [run for model in (*MODELS, MODEL) if (run := find_run(layout, model, data))]
-    lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
+    try:
+        runs = [run for model in (*MODELS, MODEL) if (run := find_run(layout, model, data))]
+        lines = [f"- [{run.model}]({mlflow_ui}{run.page}), commit `{run.git_commit}`" for run in runs]
+    except InputError as error:  # the results are there all the same
+        runs, lines = [], [f"They cannot be looked up: {error}"]
     text = "\n".join(
         [
             f"Training runs on features with MD5 `{data}`:",
@@ -286,11 +288,8 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
-    layout = Layout(arguments.root)
-    if layout.mlflow_store.exists():  # loaded while the server starts: the links to training runs need it
-        threading.Thread(target=import_module, args=("mlflow",), daemon=True).start()
     try:
-        with prefect_server(layout):
+        with prefect_server(Layout(arguments.root)):
             pipeline(
                 arguments.root,
                 force=arguments.force,

@@ -6,7 +6,6 @@ Units are SI; every result has `to_dict()`, plain data that is ready for JSON. B
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +14,8 @@ from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
     adjustable_tree,
+    check_trial,
     checked_batch,
-    checked_robot,
     checked_runs,
     checked_step,
     known_program,
@@ -26,6 +25,9 @@ from robojoule.checks import (
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
+from robojoule.identifying import identify as identify
+from robojoule.identifying import identify_friction as identify_friction
+from robojoule.identifying import identify_timing as identify_timing
 from robojoule.inputs import LONGEST_S, as_flag, as_number
 from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
@@ -44,11 +46,7 @@ from robojoule.robots.robot import Robot
 from robojoule.year import Operation, yearly
 
 if TYPE_CHECKING:
-    from robojoule.calibration.friction import FrictionIdentification
-    from robojoule.calibration.identification import Identification, PowerSide
-    from robojoule.calibration.log import MeasuredLog
     from robojoule.calibration.run_table import MeasuredRuns
-    from robojoule.calibration.timing import TimingIdentification
 
 
 @also_cells
@@ -173,9 +171,7 @@ def adjust(
         InputError: Neither or both of cycle and runs are given, or see `optimize`.
         CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
     """
-    if (measured_cycle is None) == (runs is None):
-        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
-        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
+    check_trial(measured_cycle, runs)
     step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
@@ -196,11 +192,7 @@ def adjust(
         plan = adjusted(program, batch, full_speed, measured_s, wish)
     if not (program.remembers or given is not None or allow_faster):
         plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
-    found = guard.told(plan, as_given, robot)
-    if not (cycle_time is None and isinstance(asked, float)):
-        return found
-    # The cycle time that is asked for does not shrink, trial by trial, by what rounding leaves of it.
-    return replace(found, program=replace(found.program, tree=found.program.tree.planned_for(asked)))
+    return guard.told(plan, as_given, robot, program.tree.planned_cycle_s if cycle_time is None else None)
 
 
 @finite
@@ -303,102 +295,6 @@ def report(
     year = yearly(plan.cycle_time_s, plan.energy_given_j, plan.energy_j, operation or Operation.of())
     with telling(progress):
         return report_of(plan, curve, (tree, given), planned, batch, year)
-
-
-@finite
-def identify(
-    log: str | Path | MeasuredLog,
-    robot: Robot,
-    *,
-    torque_constants: Sequence[float] | None = None,
-    smoothing_s: float | None = None,
-    window_s: float | None = None,
-    power_side: PowerSide = "mains",
-) -> Identification:
-    """Drives of a robot, and its controller's timing, from a measured log of its motions and mains power.
-
-    Timing comes from the motions that go straight from rest to rest, at the speed limits that the log says or else at
-    full speed.
-
-    Args:
-        log: CSV or Parquet file, or a log that was read.
-        robot: The robot that was measured, with its payload; its link inertias and gear ratios are taken as given.
-        torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
-        smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
-        window_s: Length over which power is averaged; 0.1 s if not given. [s]
-        power_side: Where power was measured: at the mains, or on the bus that feeds a collaborative arm, as its own
-            controller does.
-
-    Raises:
-        InputError: The log cannot be read, is too short or contradicts itself.
-    """
-    from robojoule.calibration import identification  # late: brings scipy
-    from robojoule.calibration.lag import meter_lag, without_lag
-    from robojoule.calibration.log import MeasuredLog, check_torque_constants, read_log
-    from robojoule.calibration.log_motions import log_timing
-    from robojoule.calibration.signals import WINDOW_S
-
-    robot = checked_robot(robot)
-    if torque_constants is not None:
-        check_torque_constants(torque_constants, robot)
-    if not isinstance(log, MeasuredLog):
-        log = read_log(log, robot, torque_constants)
-    if log.on_the_arm and power_side == "mains":
-        problem = "the power of this log is that of the bus that feeds the arm, not of the mains"
-        raise InputError(problem, file=log.source, key="power_side", allowed="arm")
-    window = WINDOW_S if window_s is None else window_s
-    lag = meter_lag(log, robot, smoothing_s, window)
-    found = identification.identify(
-        without_lag(log, lag.lag_s), robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side
-    )
-    return replace(found, lag=lag, timing=log_timing(log, robot))
-
-
-@finite
-def identify_friction(
-    log: str | Path | MeasuredLog,
-    robot: Robot,
-    *,
-    torque_constants: Sequence[float] | None = None,
-    smoothing_s: float | None = None,
-) -> FrictionIdentification:
-    """Friction of the joints, and the controller's timing, from torques or motor currents of a log without power.
-
-    Args:
-        log: CSV or Parquet file, or a log that was read.
-        robot: The robot that was measured, with its payload.
-        torque_constants: Motor torque over motor current, one per joint, for a file with motor currents. [Nm/A]
-        smoothing_s: Length over which positions are differentiated; chosen by their noise if not given. [s]
-
-    Raises:
-        InputError: The log cannot be read, holds no torques, or is too short.
-    """
-    from robojoule.calibration import friction
-    from robojoule.calibration.log import MeasuredLog, read_log
-
-    robot = checked_robot(robot)
-    if not isinstance(log, MeasuredLog):
-        log = read_log(log, robot, torque_constants, power_needed=False)
-    return friction.identify_friction(log, robot, smoothing_s)
-
-
-@finite
-def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Robot) -> TimingIdentification:
-    """The controller's rule for time laws from measured runs of a program's moves.
-
-    Args:
-        runs: Table of runs (see `robojoule.calibration.run_table`), or as read.
-        program: The program whose moves they are.
-        robot: Robot with its payload; its entry is what the search starts from.
-
-    Raises:
-        InputError: The runs cannot be read, are of too few moves, or do not fit the program.
-    """
-    from robojoule.calibration import timing
-
-    program = model_program(program, robot)
-    batch = moving_batch(program, robot)
-    return timing.identify_timing(batch.paths, checked_runs(runs, program))
 
 
 def _predictor(model: str | Path | None) -> ProfilePredictor | None:

@@ -97,7 +97,9 @@ def take_mlflow(mlflow: str, project: Path, folder: Path) -> None:
         value = value[key]
     with browser(1500, 940) as window:
         window.get(mlflow)
-        window.execute_script("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
+        for name, value_of in (("fab.autoOpenedOnFirstLoad", "true"), ("panelOpen", "false")):
+            window.execute_script(f"localStorage.setItem('mlflow.assistant.{name}_v1', '{value_of}')")
+        window.get("about:blank")  # else the page stays as it is
         window.get(f"{mlflow}/#/experiments/{found[0]['experiment_id']}/runs/{run['info']['run_id']}")
         wait_for_texts(window, [run["info"]["run_name"], "Finished", METRIC, str(value)])
         save(window, folder / "mlflow.png")

@@ -15,7 +15,7 @@ from tests.imports import PACKAGES, ROOT, closure, file_of, imports, module_name
 ROOMS = (
     *("errors", "inputs", "arrays", "documents", "progress"),
     *("robots", "motion", "calibration", "profile", "programs", "formats", "planning"),
-    *("year", "page", "plots", "checks", "calls", "profiling", "api", "cli", "__main__"),
+    *("year", "page", "plots", "checks", "calls", "profiling", "identifying", "api", "cli", "__main__"),
 )
 # Which buildings each of them stands on.
 BUILDINGS = {

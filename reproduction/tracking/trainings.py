@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from typing import Any
 
@@ -27,6 +29,7 @@ from robojoule.profile.parameters import TARGETS
 
 EXAMPLE_ROWS = 3
 CHECKED_ROWS = 200
+_LOADING = "MLFLOW_ALLOW_PICKLE_DESERIALIZATION"
 # Types beyond numpy's and scikit-learn's public ones that the two models hold; anything else is refused on loading.
 TRUSTED_TYPES = ["sklearn.tree._tree.Tree", "sklearn.neural_network._stochastic_optimizers.AdamOptimizer"]
 
@@ -107,20 +110,34 @@ def _record(mlflow: Any, params: Params, layout: Layout, training: Training, fou
             drawn = [predicted_against_simulated(target, results, Style(), [model]) for target in TARGETS]
             for place, drawing in enumerate([*drawn, predicted_profiles(results, Style(), model)], start=1):
                 mlflow.log_figure(drawing.figure, f"figures/figure_5_{place}.png")
-        logged = mlflow.sklearn.log_model(
-            estimator,
-            name=model,
-            signature=mlflow.models.infer_signature(frame, expected),
-            input_example=frame.head(EXAMPLE_ROWS),
-            skops_trusted_types=TRUSTED_TYPES,
-            pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
-            registered_model_name=registered_name(model),
-        )
+        with _own_model():
+            logged = mlflow.sklearn.log_model(
+                estimator,
+                name=model,
+                signature=mlflow.models.infer_signature(frame, expected),
+                input_example=frame.head(EXAMPLE_ROWS),
+                skops_trusted_types=TRUSTED_TYPES,
+                pip_requirements=[f"{name}=={version(name)}" for name in ("scikit-learn", "numpy", "pandas", "skops")],
+                registered_model_name=registered_name(model),
+            )
         registered = f"models:/{registered_name(model)}/{logged.registered_model_version}"
         again = load_estimator(mlflow, registered).predict(frame[:CHECKED_ROWS])
         if not np.allclose(again, expected[:CHECKED_ROWS], rtol=1e-12, atol=1e-9):
             raise RobojouleError(f"{registered} predicts something else than the model that was logged")
     return str(logged.registered_model_version)
+
+
+@contextmanager
+def _own_model() -> Iterator[None]:
+    """Let MLflow load the model that it is given, by which it checks the example; others stay forbidden."""
+    before = os.environ.get(_LOADING)
+    os.environ[_LOADING] = "true"
+    try:
+        yield
+    finally:
+        os.environ.pop(_LOADING)
+        if before is not None:
+            os.environ[_LOADING] = before
 
 
 def load_estimator(mlflow: Any, model: str) -> Any:

@@ -220,8 +220,11 @@ class ToolMotions:
 
     def simulate(self, speed_limits: ArrayLike) -> MotionRuns:
         """Run every motion at speed limits, (S,) or (M, S)."""
-        velocity = self.timing.peak_velocities(speed_limits)
-        limits = np.broadcast_to(np.asarray(speed_limits, dtype=float), velocity.shape).copy()
+        limits = np.array(np.broadcast_to(speed_limits, (self.motions, np.shape(speed_limits)[-1])), dtype=float)
+        if limits.shape[1] > 1 and not np.ptp(limits, axis=1).any():  # plans keep the speeds of most of them
+            once = self.simulate(limits[:, :1])
+            return MotionRuns(**{f.name: np.repeat(getattr(once, f.name), limits.shape[1], 1) for f in fields(once)})
+        velocity = self.timing.peak_velocities(limits)
         law = self._laws(velocity)
         shape = len(self.owner), velocity.shape[1]
         arrays = self.pieces.runs_by(np.ones(shape), lambda pieces: self._piece_laws(law, pieces))

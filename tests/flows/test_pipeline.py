@@ -11,7 +11,7 @@ import yaml
 
 from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names
 from reproduction.tracking.store import data_hash
-from tests.conftest import wait_for
+from tests.conftest import free_port, wait_for
 
 STAGES: dict[str, dict[str, Any]] = {
     "build_features": {
@@ -73,6 +73,15 @@ def test_stages_run_in_order_and_then_rest(project: Path, prefect_server: str):
     note = artifacts(prefect_server, "training-runs")[0]["data"]
     assert data_hash(project / "data/features.parquet") in note
     assert not (project / "mlflow.db").exists()
+
+
+def test_a_record_that_cannot_be_read_costs_its_links_alone(
+    project: Path, prefect_server: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"http://127.0.0.1:{free_port()}")
+    assert set(pipeline(project).values()) == {"ran"}
+    note = artifacts(prefect_server, "training-runs")[0]["data"]
+    assert "They cannot be looked up: " in note and "a running server" in note
 
 
 def test_a_failed_stage_is_tried_once_more(project: Path, prefect_server: str):

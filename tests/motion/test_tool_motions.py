@@ -154,3 +154,11 @@ def test_a_learnt_dead_time_is_part_of_every_motion():
     assert dead.durations(LIMITS) == pytest.approx(plain.durations(LIMITS) + extra)
     more = dead.simulate(LIMITS).energy_j - plain.simulate(LIMITS).energy_j
     assert more == pytest.approx(np.outer(plain.idle_power_end_w * extra, np.ones(3)))
+
+
+def test_runs_at_one_speed_limit_are_the_same_however_often_they_are_asked_for(moved):
+    once, often = moved.simulate([0.4]), moved.simulate([0.4, 0.4, 0.4])
+    for field in fields(once):
+        found = getattr(often, field.name)
+        assert found.shape[1] == 3
+        assert np.array_equal(found, np.repeat(getattr(once, field.name), 3, axis=1)), field.name
