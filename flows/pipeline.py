@@ -16,7 +16,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -289,11 +288,8 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
-    layout = Layout(arguments.root)
-    if layout.mlflow_store.exists():  # loaded while the server starts: the links to training runs need it
-        threading.Thread(target=import_module, args=("mlflow",), daemon=True).start()
     try:
-        with prefect_server(layout):
+        with prefect_server(Layout(arguments.root)):
             pipeline(
                 arguments.root,
                 force=arguments.force,

@@ -14,6 +14,7 @@ from robojoule.calls import also_cells, finite, in_sections
 from robojoule.checks import (
     SLOWEST_PERCENT,
     adjustable_tree,
+    check_trial,
     checked_batch,
     checked_runs,
     checked_step,
@@ -170,9 +171,7 @@ def adjust(
         InputError: Neither or both of cycle and runs are given, or see `optimize`.
         CycleTimeTooShort: The machine cannot keep the cycle time; names the least feasible one.
     """
-    if (measured_cycle is None) == (runs is None):
-        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
-        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
+    check_trial(measured_cycle, runs)
     step_percent, guard = checked_step(speed_step, program), Guard.of(peak_power_w, allow_overload_percent)
     as_given = known_program(program, robot)
     refuse_sections(as_given, "adjust")
@@ -193,11 +192,7 @@ def adjust(
         plan = adjusted(program, batch, full_speed, measured_s, wish)
     if not (program.remembers or given is not None or allow_faster):
         plan = replace(plan, warnings=(*plan.warnings, *faster_warnings(program.tree, plan.program.tree)))
-    found = guard.told(plan, as_given, robot)
-    if not (cycle_time is None and isinstance(asked, float)):
-        return found
-    # The cycle time that is asked for does not shrink, trial by trial, by what rounding leaves of it.
-    return replace(found, program=replace(found.program, tree=found.program.tree.planned_for(asked)))
+    return guard.told(plan, as_given, robot, program.tree.planned_cycle_s if cycle_time is None else None)
 
 
 @finite

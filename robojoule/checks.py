@@ -65,6 +65,13 @@ def moving_batch(
     return batch
 
 
+def check_trial(measured_cycle: object, runs: object) -> None:
+    """Refuse neither or both of what a trial may give."""
+    if (measured_cycle is None) == (runs is None):
+        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
+        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
+
+
 def adjustable_tree(program: Program, given: Program | None, robot: Robot) -> OperationTree:
     """The tree of a plan, each move as fast as the program that the plan was made from let it be."""
     if given is None:

@@ -49,7 +49,7 @@ def case():
 def test_plans_trade_offs_and_pages_tell_how_far_they_are_and_come_out_the_same(case):
     heard: list[Progress] = []
     plan = rj.optimize(*case, cycle_time="+10%", progress=heard.append)
-    assert {one.work for one in heard} == {"profiles near the plan"}
+    assert {one.work for one in heard} == {"profiles near the plan", "whole speed limits"}
     assert plan.to_dict() == rj.optimize(*case, cycle_time="+10%").to_dict()
     heard.clear()
     curve = rj.pareto(*case, progress=heard.append)

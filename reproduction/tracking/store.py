@@ -9,6 +9,7 @@ import hashlib
 import json
 import logging
 import os
+import sqlite3
 import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -20,6 +21,7 @@ from pydantic import BaseModel
 
 from reproduction.layout import Layout
 from reproduction.settings import apply_settings
+from reproduction.tracking.store_file import newest_run
 from robojoule.documents import atomic_path, reason
 from robojoule.errors import InputError, RobojouleError
 
@@ -182,15 +184,20 @@ def find_run(layout: Layout, model: str, data: str, config: str | None = None) -
     """
     if not _named() and not layout.mlflow_store.exists():
         return None  # a look must not create a store
+    wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
+    if not _named():
+        with suppress(sqlite3.Error):  # then MLflow itself is asked
+            found = newest_run(layout.mlflow_store, PIPELINE, wanted, "git_commit")
+            return None if found is None else RecordedRun(found[0], found[1], model, data, found[2])
     with _said(store_uri(layout)):
-        return _newest(_mlflow().MlflowClient(tracking_uri=store_uri(layout)), model, data, config)
+        return _newest(_mlflow().MlflowClient(tracking_uri=store_uri(layout)), wanted)
 
 
-def _newest(client: Any, model: str, data: str, config: str | None) -> RecordedRun | None:
+def _newest(client: Any, wanted: Mapping[str, str]) -> RecordedRun | None:
+    """Newest finished run with some tags, asked of MLflow."""
     experiment = client.get_experiment_by_name(PIPELINE)
     if experiment is None:
         return None
-    wanted = {"data_hash": data, "model": model} | ({} if config is None else {"config_hash": config})
     condition = " and ".join([f"tags.{key} = '{value}'" for key, value in wanted.items()])
     runs = client.search_runs(
         [experiment.experiment_id],
@@ -201,7 +208,8 @@ def _newest(client: Any, model: str, data: str, config: str | None) -> RecordedR
     if not runs:
         return None
     tags = runs[0].data.tags
-    return RecordedRun(runs[0].info.run_id, experiment.experiment_id, model, data, tags["git_commit"])
+    run = runs[0].info.run_id
+    return RecordedRun(run, experiment.experiment_id, wanted["model"], wanted["data_hash"], tags["git_commit"])
 
 
 def store_uri(layout: Layout) -> str:

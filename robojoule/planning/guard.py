@@ -58,20 +58,22 @@ class Guard:
         tree = within_power(batch, batch.trees[0], self.peak_power_w)
         return TreeBatch(batch.robot, [tree], batch.slowest_speed_limit)
 
-    def told(self, plan: Plan, as_given: Program, robot: Robot) -> Plan:
+    def told(self, plan: Plan, as_given: Program, robot: Robot, asked_s: float | None = None) -> Plan:
         """A plan in the angles that were given, checked, with everything to know about it.
 
         Args:
             plan: The plan, in angles of the robot's model.
             as_given: The program as it was given.
             robot: The robot as it is.
+            asked_s: Cycle time that it was made for, so that it does not shrink by what rounding leaves of it, trial by
+                trial; that of the plan if not given. [s]
 
         Raises:
             InputError: A torque exceeds its peak limit by more than is allowed, or standing exceeds the power.
             PlanningError: A movement exceeds the power.
         """
         tree, given = plan.program.tree, as_given.tree
-        tree = tree.planned_for(plan.cycle_time_s)
+        tree = tree.planned_for(plan.cycle_time_s if asked_s is None else asked_s)
         if as_given.remembers:
             tree = tree.bounded_by(given)
         if given.angles != tree.angles:

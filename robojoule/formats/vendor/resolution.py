@@ -134,7 +134,7 @@ class _Resolver:
             kept = min(self.notes.values(), key=_tells_least, default=None)
             problem = "there is no motion between known positions that a plan could change"
             raise InputError(problem + (f" ({kept})" if kept else ""))
-        operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note)
+        operations = tied(with_ends(self.operations), self.executions, self.elsewhere, self._note, self.robot)
         tree = OperationTree(
             format=FORMAT,
             version=FORMAT_VERSION,

@@ -92,8 +92,14 @@ class SpeedLimits:
             bounded = percent_for_tool_speed(self.poses.robot, ends[0], ends[1], motion.tool, speed)
             return Limit(bounded, not speed.writable)
         percent, off_s = self._timed(execution, self.poses)
-        late = f"by the robot's figures the motion takes {off_s:.3f} s longer than the program says"
-        return Limit(percent, not speed.writable, late if off_s > LATE_S else "")
+        remarks = [f"by the robot's figures the motion takes {off_s:.3f} s longer than the program says"][
+            : off_s > LATE_S
+        ]
+        if is_blended:
+            remarks.append(
+                "the duration of the motion is taken for that from stop to stop, as if no zone joined it to another"
+            )
+        return Limit(percent, not speed.writable, ", ".join(remarks))
 
     def _of_path(self, execution: Execution, *, is_blended: bool) -> Limit:
         """A motion of the tool along a path keeps its speed, as its duration or what it is for hangs on it."""
