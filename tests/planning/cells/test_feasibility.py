@@ -92,7 +92,14 @@ def test_a_search_without_time_says_that_it_found_nothing():
 
 @pytest.mark.parametrize(
     ("given", "problem"),
-    [({"time_limit_s": 0.0}, "time_limit"), ({"gap_percent": -1.0}, "gap"), ({"threads": 0}, "threads")],
+    [
+        ({"time_limit_s": 0.0}, "time_limit"),
+        ({"gap_percent": -1.0}, "gap"),
+        ({"threads": 0}, "threads"),
+        ({"threads": 1.5}, "threads: 1.5 is not a whole number; allowed: 1 to 1024 threads"),
+        ({"seed": 0.5}, "seed: 0.5 is not a whole number"),
+        ({"executor": 3}, "executor: 3 is not an executor"),
+    ],
 )
 def test_settings_out_of_range_are_refused(given, problem):
     with pytest.raises(InputError, match=problem):
