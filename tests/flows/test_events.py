@@ -15,7 +15,6 @@ from typing import Any
 import psutil
 import pyarrow as pa
 import pytest
-import yaml
 from pyarrow import csv
 
 from tests.calibration.plant import Plant, make_log
@@ -61,15 +60,6 @@ def receiver(monkeypatch: pytest.MonkeyPatch) -> Iterator[Receiver]:
 def commit(project: Path) -> None:  # noqa: F811
     words = ["-c", "user.name=toy", "-c", "user.email=toy@example.org", "commit", "-qam", "Changed"]
     run("git", *words, cwd=project)
-
-
-def change(project: Path, stage: str, **changes: object) -> None:  # noqa: F811
-    """Commit other parameters of a stage."""
-    file = project / "params.yaml"
-    params = yaml.safe_load(file.read_text(encoding="utf-8"))
-    params[stage] |= changes
-    file.write_text(yaml.safe_dump(params, sort_keys=False), encoding="utf-8")
-    commit(project)
 
 
 def told(receiver: Receiver, name: str) -> dict[str, Any]:
@@ -120,9 +110,11 @@ def test_a_log_a_drift_and_a_failure(
     desk(project, "up")
     assert {name for name, pid in processes(project).items() if pid != before[name]} == {"prefect-server"}
     night = runs.wait(asked, "FAILED", "COMPLETED", "CRASHED")
-    assert night["state"]["type"] == "FAILED" and "table_6_1" in night["state"]["message"], night["state"]
+    assert night["state"]["type"] == "FAILED" and "differ from the committed" in night["state"]["message"], night[
+        "state"
+    ]
     assert "table_6_1" in artifacts(runs.api, "drift")[0]["data"]
-    assert "table_6_1" in told(receiver, night["name"])["message"]
+    assert "differ from the committed" in told(receiver, night["name"])["message"]
 
     # What was asked for is there: of that robot, with other figures than the project's.
     done = runs.wait(other, "COMPLETED", "FAILED", "CRASHED")
@@ -134,9 +126,12 @@ def test_a_log_a_drift_and_a_failure(
     assert done["name"] in artifacts(runs.api, "on-demand")[0]["data"]
 
     # A stage that fails: its own sentence.
-    change(project, "generate_trees", budget_rad=[500.0, 500.0], use_whole_budget=True)
+    stages = project / "dvc.yaml"
+    command = "python -m stages.generate_trees"
+    stages.write_text(stages.read_text(encoding="utf-8").replace(command, f"{command} --params nowhere.yaml", 1))
+    commit(project)
     failed = runs.wait(runs.start(project, "pipeline-nightly/pipeline-nightly"), "FAILED", "COMPLETED", "CRASHED")
-    sentence = "no collision-free point found in 5000 draws"
+    sentence = "generate_trees: nowhere.yaml: there is no such file"
     assert failed["state"]["type"] == "FAILED" and sentence in failed["state"]["message"]
     alert = told(receiver, failed["name"])
     assert (alert["flow"], alert["state"]) == ("pipeline-nightly", "Failed") and sentence in alert["message"]
