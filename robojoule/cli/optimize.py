@@ -147,10 +147,11 @@ def show(result: dict[str, Any]) -> None:
 def show_year(year: dict[str, Any]) -> None:
     """Print what a plan means in a year."""
     print(
-        f"in {year['hours_per_year']:.0f} h a year: {year['saved_kwh']:.0f} kWh less, {year['saved_cost']:.0f} "
-        f"{year['currency']} and {year['saved_co2_kg']:.0f} kg CO2"
+        f"in {year['hours_per_year']:.0f} h a year: {round(year['saved_kwh'])} kWh less, {round(year['saved_cost'])} "
+        f"{year['currency']} and {round(year['saved_co2_kg'])} kg CO2"
     )
 
 
 def _compared(saving_percent: float) -> str:
-    return f"{abs(saving_percent):.2f} % {'more' if saving_percent < 0.0 else 'less'}"
+    rounded = round(saving_percent, 2)
+    return f"{abs(rounded):.2f} % {'more' if rounded < 0.0 else 'less'}"

@@ -43,7 +43,8 @@ class ToolCourse:
         """The line between two places, or the circle from one through a point to the other.
 
         Raises:
-            InputError: The three points of a circle are on a line, and that through the point is not the way.
+            InputError: The three points of a circle are on a line, and that through the point is not the way; or it
+                ends where it starts.
         """
         turn = _rotation_vector(end.rotation @ start.rotation.T)
         shift = end.origin_m - start.origin_m
@@ -53,6 +54,8 @@ class ToolCourse:
             area = float(np.linalg.norm(normal))
             if area >= ON_A_LINE_M2:
                 return cls._circle(start, first, shift, normal / area, turn)
+            if float(first @ first) > float(shift @ shift) + ON_A_LINE_M2 and float(shift @ shift) <= ON_A_LINE_M2:
+                raise InputError("the circle ends where it starts")
             if not -ON_A_LINE_M2 <= float(first @ shift) <= float(shift @ shift) + ON_A_LINE_M2:
                 raise InputError("the three points of the circle are on a line")
         return cls(start, shift, None, np.zeros(3), 0.0, turn)

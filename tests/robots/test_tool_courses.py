@@ -54,6 +54,12 @@ def test_three_points_on_a_line_are_a_line_if_the_second_is_between():
             ToolCourse.between(start, end, beyond)
 
 
+def test_a_circle_to_where_it_starts_is_refused():
+    with pytest.raises(InputError, match="the circle ends where it starts"):
+        ToolCourse.between(START, START, START.origin_m + np.array([0.1, 0.0, 0.0]))
+    assert ToolCourse.between(START, START, START.origin_m).length_m == 0.0
+
+
 def test_rotations_are_those_of_scipy():
     vectors = np.random.default_rng(4).normal(0.0, 2.0, (50, 3))
     vectors[:3] = 0.0, 1e-9, 1e-4

@@ -39,9 +39,12 @@ def tied(
     changes: dict[str, MoveOperation] = {}
     settings: dict[str, object]
     for statement, moves in groups.items():
+        motion = executions[moves[0].name].motion
+        line = motion.line
         if len(moves) == 1 and statement not in elsewhere:
+            if motion.kind == "joint" and not motion.speed.writable:
+                note(line, "the motion keeps its speed, which plans cannot write there")
             continue
-        line = executions[moves[0].name].motion.line
         if statement in elsewhere:
             note(line, "the motion also runs where the position of the robot is not known: its speed is kept")
             changes |= {move.name: move.model_copy(update={"fixed": True}) for move in moves}

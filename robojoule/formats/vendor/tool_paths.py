@@ -107,14 +107,18 @@ def duration_s(speed: Speed, course: ToolCourse, robot: Robot) -> float | None:
         return None
     if math.isinf(velocity):  # it goes nowhere
         return 0.0
+    acceleration, reachable = _reachable(speed, course, robot)
+    return float(duration_at_peak_s(min(velocity, reachable), acceleration, robot.drives.filter_time_s))
+
+
+def _reachable(speed: Speed, course: ToolCourse, robot: Robot) -> tuple[float, float]:
+    """Acceleration along a course that is not a point, and the peak velocity that it leaves. [1/s2, 1/s]"""
     accelerations = (
         (speed.tool_m_s2 or TOOL_ACCELERATION_M_S2, course.length_m),
         (TOOL_TURN_RAD_S2, course.turned_rad),
     )
     acceleration = min(most / way for most, way in accelerations if way > 0.0)
-    filter_s = robot.drives.filter_time_s
-    reached = min(velocity, float(reachable_velocity(acceleration, filter_s)))
-    return float(duration_at_peak_s(reached, acceleration, filter_s))
+    return acceleration, float(reachable_velocity(acceleration, robot.drives.filter_time_s))
 
 
 def _path_velocity(speed: Speed, course: ToolCourse) -> float | None:
@@ -147,8 +151,9 @@ def _followed(
             raise InputError(_too_fast(1.0 / (wanted_s * full)))
     else:
         share = velocity / full
-        if share > MOST_OF_A_JOINT:
-            raise InputError(_too_fast(share))
+        needed = min(velocity, _reachable(speed, course, robot)[1]) / full
+        if needed > MOST_OF_A_JOINT:
+            raise InputError(_too_fast(needed))
     percent = min(max(round(100.0 * min(share, 1.0), 6), LEAST_SPEED_PERCENT), 100.0)
     taken_s = float(motions.durations(np.array([[percent / 100.0]]))[0, 0])
     return PathMotion(percent, wanted_s, taken_s, path)

@@ -81,6 +81,18 @@ def test_what_is_not_simulated_is_told_once(tmp_path, name, text, robot, notes):
         assert found.startswith(wanted)
 
 
+def test_joint_motions_whose_speed_cannot_be_written_are_told(tmp_path):
+    text = krl("$VEL_AXIS[1]=80", *(f"PTP {axes(at)}" for at in (A, B, A)))
+    program = loaded(tmp_path, "cell.src", text, KR)
+    assert all(move.fixed for move in program.moves)
+    assert any(
+        one.startswith("2 lines (5, 6): the motion keeps its speed, which plans cannot write") for one in program.notes
+    )
+    free = loaded(tmp_path, "cell.src", text.replace("$VEL_AXIS[1]=80", "BAS(#VEL_PTP,80)"), KR)
+    assert not any(move.fixed for move in free.moves)
+    assert not any("cannot write" in one for one in free.notes)
+
+
 def test_a_program_of_another_vendor_is_warned_of(tmp_path):
     text = krl(f"PTP {axes('0,-90,90,0,20,0')}", f"PTP {axes('20,-90,90,0,20,0')}", f"PTP {axes(C)}")
     program = loaded(tmp_path, "cell.src", text, UR)

@@ -60,6 +60,15 @@ def test_confj_off_names_no_configuration(tmp_path):
     assert off.target.configuration is None and on.target.configuration == QuarterTurns(0, -1, 0, 1)
 
 
+def test_confl_off_names_no_configuration_of_motions_along_a_path(tmp_path):
+    line, circle, joint = (f"Move{form},v100,fine,tGrip;" for form in ("L p10", "C p10,p10", "J p10"))
+    found, notes = events(tmp_path, "\n".join(["ConfL\\Off;", line, circle, joint, "ConfL\\On;", line]))
+    line, circle, joint, again = motions(found)
+    assert line.target.configuration is circle.target.configuration is circle.via.configuration is None
+    assert joint.target.configuration == again.target.configuration == QuarterTurns(0, -1, 0, 1)
+    assert not any("ConfL" in note for note in notes)
+
+
 def test_speeds(tmp_path):
     data = f"{DATA}  CONST speeddata vOwn:=[1234,90,5000,1000];\n  VAR num nT:=1.5;\n"
     codes = [

@@ -95,6 +95,10 @@ JOINT_CASES = {
         f"movej({A})\nmovel({[A[0], A[1], A[2], A[3], A[4], A[5] + 6.0]}, v=0.1)\nmovej({B})",
         ["line 3: the linear motion is kept, and counted as a joint motion", "the arm gets there with wrist_3"],
     ),
+    "a circle to where it starts": (
+        f"{TCP}movej({A})\nmovec({LINE.format(0.1, 0)},{LINE.format(0, 0)}, v=0.1)\nmovej({B})",
+        ["line 4: the circular motion is kept", "the circle ends where it starts"],
+    ),
     "a circle that is none": (
         f"{TCP}movej({A})\nmovec({LINE.format(0.3, 0)},{LINE.format(0.2, 0)}, v=0.1)\nmovej({B})",
         ["line 4: the circular motion is kept", "the three points of the circle are on a line"],
@@ -109,6 +113,21 @@ def test_what_cannot_be_followed_counts_as_a_joint_motion_and_is_told(tmp_path, 
     assert sum(move.fixed for move in program.moves) == 1
     for text in notes:
         assert any(text in note for note in program.notes), program.notes
+
+
+def test_a_speed_that_the_way_is_too_short_for_does_not_count(tmp_path):
+    """v = 25 m/s over 0.03 m at 1 m/s2: what is reached is 0.17 m/s, which no joint minds."""
+    program = ur(tmp_path, f"{TCP}movej({A})\nmovel({LINE.format(0.03, 0)}, a=1, v=25)\nmovej({B})\nmovej({A})")
+    assert program.moves[0].tool_path.type == "linear"
+    filter_s = UR.drives.filter_time_s
+    assert simulate(program, UR).durations_s[0] == pytest.approx(
+        filter_s + 2 * np.sqrt(filter_s**2 / 4 + 0.03), rel=1e-5
+    )
+
+
+def test_a_negative_acceleration_is_no_speed(tmp_path):
+    program = ur(tmp_path, f"{TCP}movej({A})\nmovel({LINE.format(0.03, 0)}, a=-1, v=0.2)\nmovej({B})\nmovej({A})")
+    assert any("does not say how fast the linear motion is" in note for note in program.notes)
 
 
 def test_joint_targets_of_lines_have_the_tool_of_the_program(tmp_path):

@@ -153,7 +153,7 @@ class Machine:
             self._wait(one, tree)
         elif name in WAITS:
             self.events.append(Wait(one.start, one.line, None, short(one.code)))
-        elif name in ("VELSET", "ACCSET", "CONFJ", "GRIPLOAD"):
+        elif name in ("VELSET", "ACCSET", "CONFJ", "CONFL", "GRIPLOAD"):
             getattr(self, f"_{name.lower()}")(one, tree)
         elif name in HARMLESS:
             if name in CHANGING:
@@ -251,6 +251,10 @@ class Machine:
     def _confj(self, one: Statement, tree: Node) -> None:
         _, named = arguments_of(tree)
         self.setting.configured = "OFF" not in named
+
+    def _confl(self, one: Statement, tree: Node) -> None:
+        _, named = arguments_of(tree)
+        self.setting.path_configured = "OFF" not in named
 
     def _gripload(self, one: Statement, tree: Node) -> None:
         plain, _ = arguments_of(tree)

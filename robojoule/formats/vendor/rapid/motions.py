@@ -79,11 +79,13 @@ class Setting:
 
     Attributes:
         configured: Whether joint motions go to the configuration of their target (ConfJ).
+        path_configured: Whether motions of the tool along a path do (ConfL).
         velocity_share: Share of the programmed velocities that is used (VelSet). [-]
         most_m_s: Largest velocity of the tool (VelSet). [m/s]
     """
 
     configured: bool = True
+    path_configured: bool = True
     velocity_share: float = 1.0
     most_m_s: float = math.inf
 
@@ -182,7 +184,8 @@ def _target(
     if origin is None or rotation is None:
         return None, f"{what} is known only while the program runs"
     x, y, z = (part * _MM for part in origin)
-    quarters = floats(value[2], 4) if setting.configured or form.kind != "joint" else None
+    configured = setting.configured if form.kind == "joint" else setting.path_configured
+    quarters = floats(value[2], 4) if configured else None
     return PoseTarget(
         (x, y, z),
         rotation,

@@ -68,6 +68,8 @@ def speed_of(kind: Kind, values: dict[str, Value]) -> Speed:
         return Speed(writable=False)
     if kind == "joint":
         return Speed(leading_rad_s=speed)
+    if acceleration is not None and acceleration < 0.0:
+        return Speed(writable=False)
     return Speed(tool_m_s=speed, tool_m_s2=acceleration or None, writable=False)
 
 
