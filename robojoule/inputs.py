@@ -66,6 +66,15 @@ def as_number(value: object, key: str, *, least: float, most: float, unit: str) 
     return number
 
 
+def as_whole(value: object, key: str, *, least: int, most: int, unit: str = "") -> int:
+    """A whole number within bounds; see `as_number`."""
+    number = as_number(value, key, least=least, most=most, unit=unit)
+    if number != int(number):
+        allowed = f"{least} to {most} {unit}".strip()
+        raise InputError(f"{shown(value)} is not a whole number", key=key, allowed=allowed)
+    return int(number)
+
+
 def as_flag(value: object, key: str) -> bool:
     """Yes or no; a text such as "no" would count as yes.
 

@@ -9,7 +9,7 @@ import pytest
 
 from robojoule.arrays import as_array
 from robojoule.errors import LONGEST_MESSAGE, InputError
-from robojoule.inputs import as_number, as_path, counted, number_of, real, shown, unknown_name
+from robojoule.inputs import as_number, as_path, as_whole, counted, number_of, real, shown, unknown_name
 
 
 @pytest.mark.parametrize("value", [2, 2.0, np.float32(2.0), np.int64(2), Fraction(2)], ids=lambda v: type(v).__name__)
@@ -119,3 +119,9 @@ def test_values_of_any_kind_are_shown_short():
     for value in ("x" * 1000, list(range(1000)), loop, {"a": 10**5000}, np.zeros((9, 9)), object()):
         assert len(shown(value)) <= 60
         assert "\n" not in shown(value)
+
+
+def test_whole_numbers_are_not_cut():
+    assert as_whole(3.0, "key", least=0, most=9) == 3
+    with pytest.raises(InputError, match=r"key: 1\.5 is not a whole number; allowed: 0 to 9"):
+        as_whole(1.5, "key", least=0, most=9)

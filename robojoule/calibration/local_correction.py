@@ -7,7 +7,7 @@ it is.
 
 Part of that noise is none: what a duration differs by from a smooth curve, because the controller counts in cycles, is
 the same whenever the motion runs at this speed limit. Runs of a single pass do not tell it from what differs from cycle
-to cycle, so it is no part of the correction; but it leaves speed limits that were not run less sure than those that
+to cycle, so the correction does not contain it; but it leaves speed limits that were not run less sure than those that
 were (`open_deviation`).
 """
 

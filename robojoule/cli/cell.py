@@ -85,8 +85,16 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
             results.append(plan.to_dict())
             if stopped.is_set():
                 break
-    written = _write(cells, plans, arguments.out) if arguments.out is not None else {"out": None}
+    written = _write(cells, plans, arguments.out) if arguments.out is not None and plans else {"out": None}
     return {**(results[0] if len(cells) == 1 else {"instances": results}), **written}
+
+
+def exit_code(result: dict[str, Any]) -> int:
+    """1 where none of several cells has a plan, 2 where a check found a plan that is not feasible."""
+    if not result.get("feasible", True):
+        return 2
+    cells = result.get("instances", [])
+    return int(bool(cells) and all(one["status"] == "failed" for one in cells))
 
 
 def _check_kinds(arguments: argparse.Namespace, cells: Sequence[Cell | RobotCell]) -> None:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.documents import data_of, read_document_text
-from robojoule.errors import InputError
+from robojoule.errors import InputError, refuse
 from robojoule.formats.cell_files import cell_of
 from robojoule.formats.cell_xml import read_cells as read_benchmark
+from robojoule.formats.line_numbers import with_lines
 from robojoule.inputs import as_path, shown
 from robojoule.programs.cell import Cell
 
@@ -32,9 +33,16 @@ def load_cells(path: str | Path) -> tuple[Cell | RobotCell, ...]:
         raise InputError(f"unknown file type {shown(suffix)}", file=file, allowed=allowed)
     if suffix == ".xml":
         return read_benchmark(file)
-    data = data_of(read_document_text(file), file)
-    if isinstance(data, dict) and data.get("format") == ROBOT_CELL:
-        from robojoule.formats.robot_cell_files import robot_cell_of  # late: brings robots
+    text = read_document_text(file)
+    data = data_of(text, file)
+    try:
+        if isinstance(data, dict) and data.get("format") == ROBOT_CELL:
+            from robojoule.formats.robot_cell_files import robot_cell_of  # late: brings robots
 
-        return (robot_cell_of(data, file),)
-    return (cell_of(data, file),)
+            return (robot_cell_of(data, file),)
+        return (cell_of(data, file),)
+    except InputError as error:
+        if error.file != str(file):  # that of a program or of a robot
+            raise
+        refuse(with_lines(error, text))
+        raise

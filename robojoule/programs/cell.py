@@ -224,10 +224,11 @@ class Cell:
                 raise InputError(f"the lag of {shown(lag.length_s)} s over {shown(lag.cycles)} cycles is out of range")
         for handover in self.handovers:
             self._check_pair("hand-over", handover.first, handover.second)
+            for activity in (handover.first, handover.second):
+                if activity not in self.static:
+                    raise InputError("a hand-over needs static activities", key=f"activity {activity}")
             for pair in handover.pairs:
                 for activity, location in zip((handover.first, handover.second), pair, strict=True):
-                    if activity not in self.static:
-                        raise InputError("a hand-over needs static activities", key=f"activity {activity}")
                     self._check_choice(Choice(activity, location))
         for collision in self.collisions:
             self._check_pair("collision", collision.first.activity, collision.second.activity)

@@ -37,7 +37,7 @@ def test_a_plan_is_made_written_and_checked(cell, tmp_path, capsys):
     check = json.loads(capsys.readouterr().out)
     assert check["feasible"] and check["plans"][0]["energy_j"] == pytest.approx(result["energy_j"])
     out.write_text(out.read_text(encoding="utf-8").replace(",brakes,", ",on,", 1), encoding="utf-8")
-    assert main(["cell", "check", str(cell), str(out)]) == 0
+    assert main(["cell", "check", str(cell), str(out)]) == 2
     assert "not feasible" in capsys.readouterr().out
 
 
@@ -55,6 +55,16 @@ def test_a_file_of_several_cells_gives_a_list(tmp_path, capsys):
     assert main(["cell", "solve", str(path), "--instance", "0", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["energy_j"] == pytest.approx(first["energy_j"])
     assert main(["cell", "solve", str(path), "--instance", "2"]) == 2
+
+
+def test_a_file_of_cells_that_all_have_no_plan_fails_and_writes_nothing(tmp_path, capsys):
+    start, end = XML.index("<instance>"), XML.index("</instance>") + len("</instance>")
+    short = XML[start:end].replace("<production-cycle-time>12<", "<production-cycle-time>2<")
+    path, out = tmp_path / "none.xml", tmp_path / "plan.json"
+    path.write_text(XML[:start] + short + short + XML[end:], encoding="utf-8")
+    assert main(["cell", "solve", str(path), "--out", str(out), "--quiet"]) == 1
+    assert "none_0: the cycle time 2 s is shorter" in capsys.readouterr().out
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(
@@ -118,7 +128,7 @@ def test_a_cell_of_robots_is_planned_checked_and_drawn(tmp_path, monkeypatch, ca
     program = (tmp_path / "plan.welder.yaml").read_text(encoding="utf-8")
     (tmp_path / "plan.welder.yaml").write_text(program.replace("duration_s: 1.2", "duration_s: 0.2"), encoding="utf-8")
     capsys.readouterr()
-    assert main(["cell", "check", "robot_cell.yaml", "plan.json"]) == 0
+    assert main(["cell", "check", "robot_cell.yaml", "plan.json"]) == 2
     assert "not feasible" in capsys.readouterr().out
     assert main(draw) == 2
     assert "the plan is not feasible" in capsys.readouterr().err

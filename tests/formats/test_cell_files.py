@@ -94,3 +94,36 @@ def test_faults_of_plan_tables_are_named(tmp_path, text, problem):
     with pytest.raises(InputError) as raised:
         read_plans(path)
     assert problem in str(raised.value)
+
+
+HEAD_FAULTS = {
+    "energy_j": (1.0, "plans.0.energy_j: the plan states 1, its steps and its bound give"),
+    "gap_percent": (3.0, "plans.0.gap_percent: the plan states 3"),
+    "largest_mean_power_w": (-1.0, "plans.0.largest_mean_power_w: the plan states -1"),
+    "status": ("proven", "plans.0.status"),
+    "runtime_s": (-1.0, "plans.0.runtime_s"),
+    "cycle_time_s": (0.0, "plans.0.cycle_time_s: the cycle time must be above 0 s"),
+}
+
+
+@pytest.mark.parametrize(("key", "value", "problem"), [(key, *fault) for key, fault in HEAD_FAULTS.items()])
+def test_a_plan_that_states_what_its_steps_do_not_give_is_refused(tmp_path, key, value, problem):
+    path = tmp_path / "plan.json"
+    write_plans([solve_cell(two_robots())], path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    data["plans"][0][key] = value
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_plans(path)
+    assert problem in str(raised.value)
+
+
+def test_a_file_without_a_plan_and_a_table_with_an_unknown_status_are_refused(tmp_path):
+    empty, table = tmp_path / "plan.json", tmp_path / "plan.csv"
+    write_plans([], empty)
+    with pytest.raises(InputError, match="holds no plan"):
+        read_plans(empty)
+    write_plans([solve_cell(two_robots())], table)
+    table.write_text(table.read_text(encoding="utf-8").replace(",optimal,", ",proven,"), encoding="utf-8")
+    with pytest.raises(InputError, match="line 2, column status: unknown status 'proven'; allowed: optimal, feasible"):
+        read_plans(table)

@@ -3,7 +3,6 @@
 from dataclasses import fields
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from robojoule.motion.tool_motions import ToolMotions, ToolMove
@@ -25,6 +24,7 @@ def moved(request):
 
 def tool_by_pinocchio(robot, q, tool_m):
     """Places of the point of the tool, shape (N, 3). [m]"""
+    pin = pytest.importorskip("pinocchio")
     model, found = robot.model, []
     data = model.createData()
     for row in q:
@@ -67,6 +67,7 @@ def test_the_tool_keeps_to_its_line_at_constant_speed(name):
 
 def test_energies_are_those_of_inverse_dynamics_along_finite_differences(moved):
     """Positions alone are taken from the run: velocities and accelerations are differences, torques Pinocchio's."""
+    pin = pytest.importorskip("pinocchio")
     drives = moved.robot.drives
     runs, model = moved.simulate([0.4]), moved.robot.model
     data = model.createData()

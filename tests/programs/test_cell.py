@@ -55,6 +55,7 @@ FAULTS = {
     "lag length": (lambda c: replace(c, lags=(TimeLag("a1", "b1", float("nan")),)), "out of range"),
     "hand-over": (lambda c: replace(c, handovers=(Handover("a1", "b1", (("p", "z"),)),)), "no location 'z'"),
     "moving hand-over": (lambda c: replace(c, handovers=(Handover("a0>a1", "b1", (("pp", "p"),)),)), "static"),
+    "moving hand-over without pairs": (lambda c: replace(c, handovers=(Handover("a1", "b0>b1", ()),)), "static"),
     "collision": (
         lambda c: replace(c, collisions=(Collision(Choice("a0>a1", "zz"), Choice("b1", "p")),)),
         "no movement 'zz'",

@@ -4,7 +4,6 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numpy.polynomial import chebyshev
 
@@ -27,6 +26,7 @@ def positions(followed: Followed, per_piece: int = 25) -> tuple[np.ndarray, np.n
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("is_circle", [False, True], ids=["line", "circle"])
 def test_the_tool_is_on_its_way_by_pinocchio(name, is_circle):
+    pin = pytest.importorskip("pinocchio")
     robot = load_robot(name)
     model = robot.model
     data = model.createData()

@@ -48,7 +48,7 @@ def check_plan(cell: Cell, plan: CellPlan) -> Check:
         Violations and energy.
     """
     found: list[str] = []
-    if abs(plan.cycle_time_s - cell.cycle_time_s) > TOLERANCE_S:
+    if not abs(plan.cycle_time_s - cell.cycle_time_s) <= TOLERANCE_S:
         found.append(f"the cycle time is {plan.cycle_time_s:.6g} s, that of the cell {cell.cycle_time_s:.6g} s")
     known = [step for step in plan.steps if _is_known(cell, step, found)]
     energies = [_energy_j(cell, step) for step in known]
@@ -63,7 +63,10 @@ def check_plan(cell: Cell, plan: CellPlan) -> Check:
     _check_lags(cell, steps, found)
     _check_handovers(cell, steps, found)
     _check_collisions(cell, steps, found)
-    return Check(tuple(found), sum(energies) if len(known) == len(plan.steps) else math.nan)
+    energy = sum(energies) if len(known) == len(plan.steps) else math.nan
+    if not plan.bound_j <= energy + TOLERANCE_SHARE * (energy + len(known)) and not math.isnan(energy):
+        found.append(f"the plan takes {energy:.7g} J, less than the bound of {plan.bound_j:.7g} J that it states")
+    return Check(tuple(found), energy)
 
 
 def checked(cell: Cell, plan: CellPlan) -> CellPlan:

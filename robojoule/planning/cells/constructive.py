@@ -204,7 +204,7 @@ class Annealer:
     def _steps_w(self, prices_w: Array) -> Array:
         """Steps between the levels of each robot: such that most movements last `LEVEL` longer at the next one. [W]"""
         n = self.numbers
-        steps = np.full(n.robots, LEVEL * float(n.stay_power_w.mean()))
+        steps = np.full(n.robots, LEVEL * (float(n.stay_power_w.mean()) or 1.0))  # standing may cost nothing
         for r, price in enumerate(prices_w):
             mine = np.flatnonzero(n.dynamic_robot[n.movement_dynamic] == r)
             at = n.durations_at(mine, price)

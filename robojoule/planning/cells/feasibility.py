@@ -52,10 +52,25 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
         return CycleTimeTooShort(
             cell.cycle_time_s, found.bound, forced=f"by time lags between activities {lags}" if lags else ""
         )
+    if (slow := _too_long(numbers, limits)) is not None:
+        return slow
     enough = enough_s(cell, max(found.bound, least), limits)
     if enough is not None:
         return CycleTimeTooShort(cell.cycle_time_s, enough, forced="by activities that exclude each other")
     return InputError("the cell has no plan at this cycle time: collisions and time lags leave no room")
+
+
+def _too_long(numbers: Numbering, limits: Limits) -> InputError | None:
+    """That a robot cannot fill the cycle, where it cannot: the longest durations of what it does end before."""
+    cell = numbers.cell
+    for r, robot in enumerate(cell.robots):
+        model = CellModel(numbers, [r], free_cycle_time=True)
+        model.program.cost[model.CT] = -1.0
+        most_s = -model.program.solve(_brief(limits)).bound
+        if most_s < cell.cycle_time_s - TOO_SHORT_S:
+            problem = f"the cycle time {cell.cycle_time_s:.6g} s is longer than the slowest cycle of robot {robot.name}"
+            return InputError(problem, allowed=f"at most {most_s:.6f} s")
+    return None
 
 
 def _contradiction(lags: Sequence[TimeLag]) -> InputError:

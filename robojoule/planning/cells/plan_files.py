@@ -7,7 +7,9 @@ import io
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
+
+from pydantic import NonNegativeFloat
 
 from robojoule.documents import Document, parse, read_document, read_text, write_document, write_text
 from robojoule.errors import InputError
@@ -17,6 +19,11 @@ from robojoule.planning.cells.plan import CellPlan, Step
 SUFFIXES = (".json", ".csv")
 _STEP = [one.name for one in fields(Step)]
 _COLUMNS = ["cell", "status", "cycle_time_s", "bound_j", "runtime_s", *_STEP]
+
+
+_STATED = ("energy_j", "gap_percent", "largest_mean_power_w")  # follow from the rest of a plan
+_TOLERANCE = 1e-6  # of what a plan states
+_Status = Literal["optimal", "feasible"]
 
 
 class _StepDocument(Document):
@@ -31,12 +38,12 @@ class _StepDocument(Document):
 
 class _PlanDocument(Document):
     cell: str
-    status: str
+    status: _Status
     cycle_time_s: float
     energy_j: float
     bound_j: float
     gap_percent: float
-    runtime_s: float
+    runtime_s: NonNegativeFloat
     largest_mean_power_w: float | None = None
     steps: tuple[_StepDocument, ...]
 
@@ -71,24 +78,30 @@ def read_plans(path: str | Path) -> tuple[CellPlan, ...]:
     """Read plans from a JSON or CSV file; whether they are feasible is for `check_plan` to say.
 
     Raises:
-        InputError: The file cannot be read, or does not hold plans.
+        InputError: The file cannot be read, does not hold plans, or states figures that do not follow from their steps.
     """
     path = Path(path)
     if path.suffix.lower() == ".csv":
         return _read_csv(path)
     _check_suffix(path)
     document = parse(_PlansDocument, read_document(path), path)
-    return tuple(
-        CellPlan(
-            plan.cell,
-            plan.cycle_time_s,
-            tuple(Step(**step.model_dump()) for step in plan.steps),
-            plan.status,
-            plan.bound_j,
-            plan.runtime_s,
-        )
-        for plan in document.plans
-    )
+    if not document.plans:
+        raise InputError("the file holds no plan", file=path)
+    return tuple(_plan(one, number, path) for number, one in enumerate(document.plans))
+
+
+def _plan(one: _PlanDocument, number: int, path: Path) -> CellPlan:
+    """A plan, if what it states of itself is what its steps give."""
+    steps = tuple(Step(**step.model_dump()) for step in one.steps)
+    plan = CellPlan(one.cell, one.cycle_time_s, steps, one.status, one.bound_j, one.runtime_s)
+    if one.cycle_time_s <= 0.0:
+        raise InputError("the cycle time must be above 0 s", file=path, key=f"plans.{number}.cycle_time_s")
+    for name in _STATED:
+        stated, found = getattr(one, name), getattr(plan, name)
+        if stated is not None and abs(stated - found) > _TOLERANCE * max(abs(found), 1.0):
+            problem = f"the plan states {stated:.7g}, its steps and its bound give {found:.7g}"
+            raise InputError(problem, file=path, key=f"plans.{number}.{name}")
+    return plan
 
 
 def _check_suffix(path: Path) -> None:
@@ -115,6 +128,9 @@ def _read_csv(path: Path) -> tuple[CellPlan, ...]:
             except ValueError as error:
                 raise InputError(str(error), file=path, key=f"line {line}, column {name}") from None
 
+        if row["status"] not in get_args(_Status):
+            place, allowed = f"line {line}, column status", ", ".join(get_args(_Status))
+            raise InputError(f"unknown status {shown(row['status'])}", file=path, key=place, allowed=allowed)
         head = (row["cell"], number("cycle_time_s"), row["status"], number("bound_j"), number("runtime_s"))
         plans.setdefault(head, []).append(
             Step(

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from time import monotonic
 
 from robojoule.errors import InputError, PlanningError
-from robojoule.inputs import as_number, shown
+from robojoule.inputs import as_number, as_whole, shown
 from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.feasibility import explain
@@ -91,12 +91,14 @@ def solve_cell(
     began = monotonic()
     if stop is not None and not callable(stop):
         raise InputError(f"{shown(stop)} cannot be called", key="stop", allowed="a function")
+    if executor is not None and not isinstance(executor, Executor):
+        raise InputError(f"{shown(executor)} is not an executor", key="executor", allowed="one of concurrent.futures")
     listener = heard_by(progress)
     limits = Limits(
         until=began + as_number(time_limit_s, "time_limit", least=0.01, most=1e7, unit="s"),
         gap=as_number(gap_percent, "gap", least=0.0, most=100.0, unit="%") / 100.0,
-        threads=int(as_number(threads, "threads", least=1, most=1024, unit="threads")),
-        seed=int(as_number(seed, "seed", least=0, most=2**31 - 1, unit="")),
+        threads=as_whole(threads, "threads", least=1, most=1024, unit="threads"),
+        seed=as_whole(seed, "seed", least=0, most=2**31 - 1),
         stop=stop,
     )
 

@@ -141,6 +141,12 @@ def test_another_cycle_time_is_found(plan):
     assert any("the cycle time is 9 s" in one for one in violations(plan, replace(CELL, cycle_time_s=10.0)))
 
 
+def test_a_cycle_time_that_is_no_number_and_a_bound_above_the_energy_are_found(plan):
+    assert any("the cycle time is nan s" in one for one in violations(replace(plan, cycle_time_s=float("nan"))))
+    assert any("less than the bound" in one for one in violations(replace(plan, bound_j=1.001 * plan.energy_j)))
+    assert violations(replace(plan, bound_j=plan.energy_j)) == ()
+
+
 def test_a_plan_that_fails_is_not_given_out(plan):
     with pytest.raises(PlanningError, match="does not pass the check"):
         checked(CELL, with_step(plan, "a0>a1", energy_j=0.0))

@@ -71,6 +71,13 @@ def test_robots_that_never_take_equally_long_are_told():
     assert "no common cycle time" in str(refusal(replace(cell, robots=robots, handovers=(), collisions=())))
 
 
+def test_a_cycle_that_a_robot_cannot_fill_is_told():
+    """B stands at b0 for 20 s and at b1 for 2.5 s at most, and moves for 6 s twice: 34.5 s."""
+    error = refusal(two_robots(40.0))
+    assert "the cycle time 40 s is longer than the slowest cycle of robot B; allowed: at most 34.5" in str(error)
+    assert solve_cell(two_robots(34.4)).status == "optimal"
+
+
 def test_hand_overs_without_a_pair_are_told():
     cell = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
     assert "hand-overs between activities a1 and b1 cannot" in str(refusal(cell))
@@ -85,7 +92,14 @@ def test_a_search_without_time_says_that_it_found_nothing():
 
 @pytest.mark.parametrize(
     ("given", "problem"),
-    [({"time_limit_s": 0.0}, "time_limit"), ({"gap_percent": -1.0}, "gap"), ({"threads": 0}, "threads")],
+    [
+        ({"time_limit_s": 0.0}, "time_limit"),
+        ({"gap_percent": -1.0}, "gap"),
+        ({"threads": 0}, "threads"),
+        ({"threads": 1.5}, "threads: 1.5 is not a whole number; allowed: 1 to 1024 threads"),
+        ({"seed": 0.5}, "seed: 0.5 is not a whole number"),
+        ({"executor": 3}, "executor: 3 is not an executor"),
+    ],
 )
 def test_settings_out_of_range_are_refused(given, problem):
     with pytest.raises(InputError, match=problem):
