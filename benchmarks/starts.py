@@ -1,7 +1,7 @@
 """Flows with next to nothing to do, over the start of Prefect's server alone. `python -m benchmarks.starts`.
 
 The server is Prefect's own command on a store that is there, from nothing to its first answer: what each of these flows
-cannot do without.
+cannot do without. Those that compute in other processes also load Prefect in each of them: `loading` is one such load.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ def measure(folder: Path, rounds: int = ROUNDS) -> dict[str, float]:
     sets = iter(range(rounds + 1))
     works: dict[str, Any] = {
         "server": lambda: start_server(folder / "prefect.db"),
+        "loading": lambda: run([sys.executable, "-c", "from prefect import flow, task"]),
         "scale": lambda: run([sys.executable, "-m", *SCALE, "--out", str(folder / f"set-{next(sets)}")]),
     }
     # Only where nothing is out of date: a benchmark must not reproduce the pipeline in the user's folder.
@@ -70,7 +71,7 @@ def measure(folder: Path, rounds: int = ROUNDS) -> dict[str, float]:
     seconds = interleaved(rounds, **works)
     return rounded(
         {
-            **{f"{name}_over_server": ratio(seconds, name, "server") for name in works if name != "server"},
+            **{f"{name}_over_server": ratio(seconds, name, "server") for name in works if name in ("scale", "flow")},
             **{f"{name}_s": median(values) for name, values in seconds.items()},
             "load": load,
         }
@@ -80,10 +81,13 @@ def measure(folder: Path, rounds: int = ROUNDS) -> dict[str, float]:
 def main() -> None:
     """Print the figures as JSON."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.starts", description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--rounds", type=int, default=ROUNDS, metavar="N", help=f"rounds that count (default: {ROUNDS})"
+    )
     parser.add_argument("--pipeline", action="store_true", help="the whole pipeline over bare writing and fits, too")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        found = measure(Path(folder))
+        found = measure(Path(folder), arguments.rounds)
         print(json.dumps(found | (pipeline.measure(Path(folder)) if arguments.pipeline else {})))
 
 

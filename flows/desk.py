@@ -52,7 +52,7 @@ def services(layout: Layout) -> list[Service]:
         service(
             "mlflow-server",
             [*python, *["mlflow", "server", "--workers", "1"], *app, *stored],
-            environment={"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"} | users,  # seven processes for what is not used
+            environment=users,
             health=f"{mlflow}/health",
         ),
         service(

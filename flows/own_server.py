@@ -34,7 +34,8 @@ def own_server() -> Iterator[str]:
     Raises:
         RobojouleError: It does not start.
     """
-    end = time.monotonic() + PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS.value()
+    patience_s = PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS.value()
+    end = time.monotonic() + patience_s
     for _ in range(_ATTEMPTS):
         port = free_port()
         url = f"http://127.0.0.1:{port}/api"
@@ -49,6 +50,11 @@ def own_server() -> Iterator[str]:
             assert process.stdin is not None
             process.stdin.close()  # its lifeline
             process.wait()
+    if time.monotonic() >= end:
+        raise RobojouleError(
+            f"the Prefect server of this command did not answer within {patience_s} s; a busy machine may need "
+            "a larger PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS"
+        )
     raise RobojouleError("the Prefect server of this command did not start; what it says is above")
 
 

@@ -22,6 +22,7 @@ from flows.pipeline import STAGE_TIMEOUT_S, pipeline
 from reproduction.compare import compare_results
 from reproduction.config import load_params
 from reproduction.layout import Layout
+from reproduction.tracking.store import trial
 from robojoule.documents import read_document, write_text
 from robojoule.errors import RobojouleError
 
@@ -99,6 +100,8 @@ def on_demand(
 ) -> str:
     """Run the pipeline of the last commit with other parameters; what is not given is that of `params.yaml`.
 
+    Its trainings are recorded and registered, but the registry's champions stay what they are.
+
     Args:
         robot: Name in the catalog.
         payload_kg: Payload, up to the rated one. [kg]
@@ -128,7 +131,8 @@ def on_demand(
                 params[section][key] = value
         write_text(file, yaml.safe_dump(params, sort_keys=False))
         load_params(file)  # refused before anything runs
-        pipeline.fn(clone, runner=runner, address=address)
+        with trial(str(runtime.flow_run.name)):
+            pipeline.fn(clone, runner=runner, address=address)
         results = Layout(root.resolve()).desk_dir / "results" / str(runtime.flow_run.name)
         results.mkdir(parents=True, exist_ok=True)
         for name in KEPT:

@@ -44,7 +44,9 @@ def test_push_and_pull_without_a_target_bring_the_studies_too(reproduced: Path, 
     stages = yaml.safe_load((studies / "dvc.yaml").read_text(encoding="utf-8"))["stages"]
     one = {"stages": {"evaluate_robots": stages["evaluate_robots"]}}
     (studies / "dvc.yaml").write_text(yaml.safe_dump(one, sort_keys=False), encoding="utf-8")
-    (studies / "params.yaml").write_text(yaml.safe_dump(small_study().model_dump(mode="json")), encoding="utf-8")
+    params = small_study().model_dump(mode="json")
+    params["evaluate_robots"] |= {"robots": ["ur_ur5e", "kuka_kr16_r1610_2"], "test_trees": 1, "measured_motions": [0]}
+    (studies / "params.yaml").write_text(yaml.safe_dump(params), encoding="utf-8")
     (studies / "dvc.lock").unlink()
     for words in (["repro", "studies/dvc.yaml"], ["repro"], ["push"]):
         run("dvc", *words, cwd=project)

@@ -30,6 +30,8 @@ STUDY = "cross-validation"
 MEASURED = "measured-motions"
 EXPERIMENTS = (PIPELINE, STUDY, MEASURED)
 """Experiments by purpose: trainings of the pipeline, those of the studies, those on measured motions."""
+TRIAL = "ROBOJOULE_TRIAL"
+"""Variable of the environment that names the trial to which trainings belong; see `promote`."""
 
 
 class RecordError(RobojouleError):
@@ -256,7 +258,7 @@ def git_commit(folder: Path) -> str:
 
 
 def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
-    """What tells trainings of a stage apart: data, parameters, commit, lock file, and the sweep that they belong to."""
+    """What tells trainings of a stage apart: data, parameters, commit, lock file, and sweep or trial, if any."""
     found = {
         "data_hash": data_hash(layout.features),
         "config_hash": config_hash(params),
@@ -268,6 +270,8 @@ def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
         found["lock_hash"] = data_hash(lock)
     if "DVC_EXP_NAME" in os.environ:
         found["dvc_experiment"] = os.environ["DVC_EXP_NAME"]
+    if TRIAL in os.environ:
+        found["trial"] = os.environ[TRIAL]
     return found
 
 
@@ -291,8 +295,24 @@ def recording(layout: Layout) -> Iterator[None]:
         raise RecordError(f"the trainings are made, but not all of them are recorded: {error}") from None
 
 
+@contextmanager
+def trial(name: str) -> Iterator[None]:
+    """Trainings of this process, and of those that it starts meanwhile, are a trial of that name; see `promote`."""
+    os.environ[TRIAL] = name
+    try:
+        yield
+    finally:
+        del os.environ[TRIAL]
+
+
 def promote(mlflow: Any, name: str, version: str) -> None:
-    """Make a version of a registered model the champion; the one that was is `previous`."""
+    """Make a version of a registered model the champion; the one that was is `previous`.
+
+    A sweep of DVC and a run under `ROBOJOULE_TRIAL` leave both as they are: who tries another robot or a smaller forest
+    must not change what others plan with.
+    """
+    if any(name in os.environ for name in (TRIAL, "DVC_EXP_NAME")):
+        return
     client = mlflow.MlflowClient()
     with suppress(mlflow.exceptions.MlflowException):  # none so far
         last = client.get_model_version_by_alias(name, "champion")

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import mlflow
 import psutil
 import pyarrow as pa
 import pytest
@@ -124,6 +125,18 @@ def test_a_log_a_drift_and_a_failure(
     figures = [json.loads((folder / "reports/headline.json").read_text()) for folder in (results, project)]
     assert figures[0].keys() == figures[1].keys() and figures[0] != figures[1]
     assert done["name"] in artifacts(runs.api, "on-demand")[0]["data"]
+    # Tried with another robot, so that nobody plans with it unasked.
+    address = f"http://127.0.0.1:{ports['MLFLOW_PORT']}"
+    client = mlflow.MlflowClient(address, address)
+    experiments = [one.experiment_id for one in client.search_experiments()]
+    trials = {one.info.run_id for one in client.search_runs(experiments, f"tags.trial = '{done['name']}'")}
+    aliases = {model.name: model.aliases for model in client.search_registered_models()}
+    champions = {
+        client.get_model_version(name, str(version)).run_id
+        for name, of_model in aliases.items()
+        for version in of_model.values()
+    }
+    assert trials and "random-forest" in aliases and not trials & champions
 
     # A stage that fails: its own sentence.
     stages = project / "dvc.yaml"

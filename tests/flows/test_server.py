@@ -7,7 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from prefect.settings import PREFECT_API_URL, temporary_settings
+from prefect.settings import (
+    PREFECT_API_URL,
+    PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS,
+    temporary_settings,
+)
 
 from flows.server import prefect_server as server_for
 from flows.service import answers
@@ -28,6 +32,18 @@ def test_one_that_does_not_answer_is_one_sentence(tmp_path: Path):
     with (
         temporary_settings({PREFECT_API_URL: url}),
         pytest.raises(RobojouleError, match=f"no Prefect server answers at {url}; start it"),
+        server_for(Layout(tmp_path)),
+    ):
+        pass
+
+
+def test_one_that_is_too_slow_is_one_sentence_that_says_what_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    with (
+        temporary_settings({PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS: 0}, restore_defaults={PREFECT_API_URL}),
+        pytest.raises(
+            RobojouleError, match="did not answer within 0 s; a busy machine may need a larger PREFECT_SERVER_"
+        ),
         server_for(Layout(tmp_path)),
     ):
         pass

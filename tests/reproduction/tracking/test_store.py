@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from reproduction.layout import Layout
-from reproduction.tracking.store import connect, figures_of, open_store, promote, store_uri
+from reproduction.tracking.store import TRIAL, connect, figures_of, open_store, promote, store_uri, trial
 from robojoule.errors import InputError
 from tests.conftest import ROOT, free_port, wait_for
 
@@ -124,6 +124,26 @@ def test_the_champion_before_is_kept_by_name(tmp_path):
         promote(mlflow, "energy-profile", number)  # twice: it does not become its own predecessor
     found = client.get_registered_model("energy-profile").aliases
     assert {name: str(version) for name, version in found.items()} == {"champion": "3", "previous": "2"}
+
+
+@pytest.mark.parametrize("variable", ["ROBOJOULE_TRIAL", "DVC_EXP_NAME"])
+def test_a_trial_does_not_change_what_others_plan_with(tmp_path, monkeypatch, variable):
+    mlflow = connect(Layout(tmp_path))
+    client = mlflow.MlflowClient()
+    client.create_registered_model("energy-profile")
+    for number in ("1", "2"):
+        client.create_model_version("energy-profile", source=tmp_path.as_uri())
+        promote(mlflow, "energy-profile", number)
+        monkeypatch.setenv(variable, "other robot")
+    aliases = client.get_registered_model("energy-profile").aliases
+    assert {name: str(version) for name, version in aliases.items()} == {"champion": "1"}
+
+
+def test_a_trial_is_one_as_long_as_it_lasts(monkeypatch):
+    monkeypatch.delenv(TRIAL, raising=False)
+    with trial("other robot"):
+        assert os.environ[TRIAL] == "other robot"
+    assert TRIAL not in os.environ
 
 
 def test_figures_are_named_as_in_the_metrics_file():
