@@ -27,7 +27,8 @@ def test_it_gives_what_the_library_gives(program, capsys, payload_kg):
     result = simulated(capsys, program, *words)
     robot = rj.load_robot(NAME, payload_kg=payload_kg) if payload_kg else rj.load_robot(NAME)
     cycle = rj.simulate(rj.load_program(program), robot).to_dict()
-    assert result == {"program": "pick", "robot": NAME, "payload_kg": payload_kg, **cycle, "program_notes": []}
+    carried = {"payload_kg": payload_kg, "payloads_kg": [payload_kg]}
+    assert result == {"program": "pick", "robot": NAME, **carried, **cycle, "program_notes": []}
 
 
 def test_a_written_plan_takes_what_was_promised(program, tmp_path, capsys):
