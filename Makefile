@@ -31,10 +31,12 @@ help:
 	@echo 'make lint    set up, check style (ruff) and types (mypy)'
 
 repro: $(READY)
+	@$(IN_VENV) $(PY) -m flows.dvc_lock
 	@$(IN_VENV) $(PY) -m dvc repro
 	@$(IN_VENV) $(PY) -m stages.show_table
 
 compare: $(READY)
+	@$(IN_VENV) $(PY) -m flows.dvc_lock
 	@$(IN_VENV) $(PY) -m dvc repro
 	@$(IN_VENV) $(PY) -m reproduction.compare $(REV)
 
@@ -52,6 +54,7 @@ test: $(READY)
 	@$(IN_VENV) $(PY) -m pytest -q -n auto
 
 study: $(READY)
+	@$(IN_VENV) $(PY) -m flows.dvc_lock
 	@$(IN_VENV) $(PY) -m dvc repro studies/dvc.yaml
 
 bench: $(READY)

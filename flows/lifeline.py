@@ -12,6 +12,17 @@ import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
+from typing import Any
+
+
+def cut(process: subprocess.Popen[Any]) -> None:
+    """End a command that was started this way, also one whose lifeline alone was killed."""
+    assert process.stdin is not None
+    process.stdin.close()
+    process.wait()
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 def _end_with_the_pipe() -> None:

@@ -47,9 +47,7 @@ def own_server() -> Iterator[str]:
                     return
                 time.sleep(_POLL_S)
         finally:
-            assert process.stdin is not None
-            process.stdin.close()  # its lifeline
-            process.wait()
+            lifeline.cut(process)
     if time.monotonic() >= end:
         raise RobojouleError(
             f"the Prefect server of this command did not answer within {patience_s} s; a busy machine may need "

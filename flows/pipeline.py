@@ -11,7 +11,6 @@ import argparse
 import csv
 import os
 import queue
-import signal
 import subprocess
 import sys
 import threading
@@ -31,6 +30,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.task_runners import TaskRunner
 
 from flows import lifeline
+from flows.dvc_lock import mend_lock
 from flows.fan_out import changed, fan_out
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
@@ -154,9 +154,7 @@ def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
         code = process.wait()
     finally:
         # After a timeout or a cancellation neither DVC nor the stage below it may live on.
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+        lifeline.cut(process)
     if code != 0:
         stage = target.rpartition(":")[2]
         raise StageFailed(stage, bad_input=any("exited with 2" in line for line in output), output=output)
@@ -224,6 +222,7 @@ def reproduce(
         tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
+    mend_lock(root)
     # One look at all costs as much as one at a single stage. After a stage that ran, each is looked at anew.
     outdated = set(targets) if force else changed(root, targets)
     outcome: dict[str, str] = {}

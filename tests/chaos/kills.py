@@ -31,7 +31,7 @@ STAGES = (
     *("generate_trees", "simulate_motions", "build_features", "train_profile_predictor", "train_predictors"),
     *("evaluate_plans", "draw_figures"),
 )
-COMMAND = ("-m", "dvc", "repro")
+COMMAND = '"$0" -m flows.dvc_lock && exec "$0" -m dvc repro "$@"'  # as `make repro` does it
 LATEST_S = 4.0  # after a stage began; stages of the small set take 2 to 15 s
 LONGEST = ("simulate_motions", "train_predictors", "evaluate_plans")  # at full size
 LATEST_FULL_S = 25.0
@@ -63,7 +63,7 @@ def running(project: Path, log: Path, *words: str) -> Iterator[subprocess.Popen[
     """A run of the pipeline in a process group of its own; nothing of it is left afterwards."""
     with log.open("wb") as out:
         process = subprocess.Popen(
-            [sys.executable, *COMMAND, *words],
+            ["sh", "-c", COMMAND, sys.executable, *words],
             cwd=project,
             env={**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])},
             stdout=out,

@@ -113,6 +113,7 @@ def test_both_servers_on_postgresql_with_passwords(
     for name, value in settings.items():
         assert f"\n{name}=" in page  # the page names every one of them
         monkeypatch.setenv(name, value)
+    before = set(project.rglob("*.db"))
     desk(project, "up")
 
     # Both refuse who has no password or another one.
@@ -135,6 +136,6 @@ def test_both_servers_on_postgresql_with_passwords(
     monkeypatch.setenv("MLFLOW_TRACKING_PASSWORD", "wrong")
     refused = run(sys.executable, "-c", TRAINING, cwd=project, code=1).stderr
     assert "cannot be used" in refused.splitlines()[-1] and SECRET not in refused
-    stores = {path.relative_to(project).as_posix() for path in project.rglob("*.db")}
-    assert {path for path in stores if not path.startswith((".dvc/", ".desk/empty/"))} == {".desk/mlflow-users.db"}
+    new = {path.relative_to(project).as_posix() for path in set(project.rglob("*.db")) - before}
+    assert {path for path in new if not path.startswith((".dvc/", ".desk/empty/"))} == {".desk/mlflow-users.db"}
     desk(project, "down")
