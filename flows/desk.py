@@ -1,4 +1,4 @@
-"""The desk: Prefect server, MLflow server and worker on this machine: `python -m flows.desk up`, `down`, `status`.
+"""The desk: both servers, a worker and the watch on the inbox, on this machine: `python -m flows.desk up|down|status`.
 
 Stores, logs and process files are in `.desk`, which git ignores. Each command can be given twice.
 """
@@ -26,7 +26,7 @@ POOL = "local"
 # nothing of runs that go on, and end them.
 _LEASES, _LEASES_IN = "PREFECT_SERVER_CONCURRENCY_LEASE_STORAGE", "prefect.server.concurrency.lease_storage"
 _USERS = "MLFLOW_AUTH_CONFIG_PATH"
-SERVICES = ("prefect-server", "mlflow-server", "prefect-worker")
+SERVICES = ("prefect-server", "mlflow-server", "prefect-worker", "inbox-watch")
 
 
 def services(layout: Layout) -> list[Service]:
@@ -62,6 +62,7 @@ def services(layout: Layout) -> list[Service]:
             health=f"{worker_address()}/health",
             grace_s=90.0,
         ),
+        service("inbox-watch", [*python, "flows.inbox"], environment=environment),
     ]
 
 
@@ -115,16 +116,23 @@ def up(layout: Layout) -> None:
         RobojouleError: A program does not start, or the deployments are refused.
     """
     prepare_mlflow(layout)
-    for service in services(layout):
-        if service.name == "prefect-worker":
-            deploy(layout)
-            runs = service.process() is not None
-            if not runs:
-                service.stop()  # what is left of a worker that was killed
-            close_lost(layout, worker_runs=runs)  # also of a server that was away for longer than its runs bear
-        said = "started" if service.start() else "runs already"
-        print(f"{service.name:<15} {said}", flush=True)
+    *servers, worker, watch = services(layout)
+    launched = {server.name: server.launch() for server in servers}  # both load at the same time
+    for server in servers:
+        server.wait()
+        _say_started(server, launched[server.name])
+    deploy(layout)
+    runs = worker.process() is not None
+    if not runs:
+        worker.stop()  # what is left of a worker that was killed
+    close_lost(layout, worker_runs=runs)  # also of a server that was away for longer than its runs bear
+    for service in (worker, watch):
+        _say_started(service, service.start())
     print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
+
+
+def _say_started(service: Service, started: bool) -> None:
+    print(f"{service.name:<15} {'started' if started else 'runs already'}", flush=True)
 
 
 def deploy(layout: Layout) -> None:

@@ -63,17 +63,29 @@ def fan_out(stage: str, target: str, root: Path, tasks: TaskRunner[Any], force: 
     Returns:
         Whether it did.
     """
-    if stage not in FANNED or not (force or changed(root, [target])):
+    if stage not in FANNED or not (force or Look(root, [target]).outdated()):
         return False
     compute_parts.with_options(name=f"fan-out-{stage}", task_runner=tasks)(stage, root.resolve())
     return True
 
 
-def changed(root: Path, targets: Sequence[str]) -> set[str]:
-    """Those of some stages, named as DVC takes them, that it finds out of date; all where it fails: so will they."""
-    words = [sys.executable, "-m", "dvc", "status", "--json", *targets]
-    done = subprocess.run(words, cwd=root, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        return set(targets)
-    found = json.loads(done.stdout.strip() or "{}")
-    return {target for target in targets if target in found}
+class Look:
+    """DVC's look at some stages, on its way: it takes seconds, in which other things can be done.
+
+    Args:
+        root: Folder of `dvc.yaml`.
+        targets: The stages, named as DVC takes them.
+    """
+
+    def __init__(self, root: Path, targets: Sequence[str]) -> None:
+        self._targets = targets
+        words = [sys.executable, "-m", "dvc", "status", "--json", *targets]
+        self._process = subprocess.Popen(words, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+    def outdated(self) -> set[str]:
+        """Those that DVC finds out of date; all where it fails: so will they."""
+        said, _ = self._process.communicate()
+        if self._process.returncode != 0:
+            return set(self._targets)
+        found = json.loads(said.strip() or "{}")
+        return {target for target in self._targets if target in found}

@@ -1,7 +1,8 @@
 """Logs of a machine taken in: checked, its figures identified, its motions added to the measured set, and learnt from.
 
-`python -m flows.measurements FILE ...` puts logs into the inbox and tells the server, whose trigger starts the flow;
-a schedule looks into it as well. Data and the files by which DVC knows them go to the branch `measurements`.
+`python -m flows.measurements FILE ...` puts logs into the inbox, as copying them does. The watch on it (`flows.inbox`)
+tells the server, whose trigger starts the flow, and a schedule looks into it as well. Data and the files by which DVC
+knows them go to the branch `measurements`.
 """
 
 from __future__ import annotations
@@ -16,11 +17,9 @@ from pathlib import Path
 import pyarrow as pa
 from prefect import flow, get_run_logger
 from prefect.artifacts import create_table_artifact
-from prefect.events import emit_event
-from prefect.settings import PREFECT_API_URL
 
 from flows.clone import scratch_clone
-from flows.server import drain
+from flows.inbox import INBOX, SUFFIXES, whole_logs
 from reproduction.config import load_params
 from reproduction.layout import Layout
 from reproduction.measured.motions import measured_motions, read_measured
@@ -36,10 +35,7 @@ from robojoule.robots import load_robot
 from robojoule.robots.robot import Robot
 
 BRANCH = "measurements"
-EVENT = "robojoule.log.arrived"
-INBOX = Path(".desk/inbox")
 IDENTITY = ("-c", "user.name=ingest-measurements", "-c", "user.email=ingest@localhost")
-SUFFIXES = (".csv", ".parquet", ".gz")
 _SET = Path("measured/runs.parquet")
 _LOGS = Path("measured/logs")
 _FIGURES = Path("measured/identified")
@@ -65,8 +61,7 @@ def ingest_measurements(
         InputError: Bad robot, or the record or the clone cannot be had.
     """
     logger, layout = get_run_logger(), Layout(root.resolve())
-    folder = layout.root / inbox
-    logs = sorted(path for path in folder.glob("[!.]*") if path.is_file() and path.suffix.lower() in SUFFIXES)
+    logs = whole_logs(layout.root / inbox)
     if not logs:
         return {}
     params = load_params(layout.root / "params.yaml").robot
@@ -158,9 +153,7 @@ def _file(path: Path, said: str) -> None:
 
 def _tool(folder: Path, *command: str) -> Callable[..., None]:
     """A command line tool in a folder."""
-    identity = (
-        ["-c", "user.name=ingest-measurements", "-c", "user.email=ingest@localhost"] if command == ("git",) else []
-    )
+    identity = IDENTITY if command == ("git",) else ()
 
     def run(*words: str) -> None:
         done = subprocess.run([*command, *identity, *words], cwd=folder, capture_output=True, text=True, check=False)
@@ -172,7 +165,7 @@ def _tool(folder: Path, *command: str) -> Callable[..., None]:
 
 
 def main() -> None:
-    """Put logs into the inbox, whole or not at all, and tell the server."""
+    """Put logs into the inbox, whole or not at all."""
     parser = argparse.ArgumentParser(prog="python -m flows.measurements", description=__doc__.splitlines()[0])
     parser.add_argument("logs", type=Path, nargs="+", metavar="FILE", help="logs of the machine")
     parser.add_argument("--inbox", type=Path, default=INBOX, help=f"folder (default: {INBOX})")
@@ -183,10 +176,7 @@ def main() -> None:
                 raise InputError("this is not a log", file=log, allowed=f"a file ending with {', '.join(SUFFIXES)}")
             with atomic_path(arguments.inbox / log.name) as path:
                 shutil.copyfile(log, path)
-            if PREFECT_API_URL.value():  # else the schedule finds it
-                emit_event(event=EVENT, resource={"prefect.resource.id": f"robojoule.log.{log.name}"})
             print(f"{log.name} is in {arguments.inbox}")
-        drain()
     except RobojouleError as error:
         raise SystemExit(f"flows.measurements: {error}") from None
 

@@ -31,7 +31,7 @@ from prefect.task_runners import TaskRunner
 
 from flows import lifeline
 from flows.dvc_lock import mend_lock
-from flows.fan_out import changed, fan_out
+from flows.fan_out import Look, fan_out
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
@@ -210,7 +210,12 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
 
 
 def reproduce(
-    targets: list[str], root: Path, force: bool, stage_timeout_s: float, tasks: TaskRunner[Any] | None
+    targets: list[str],
+    root: Path,
+    force: bool,
+    stage_timeout_s: float,
+    tasks: TaskRunner[Any] | None,
+    outdated: list[str] | None = None,
 ) -> dict[str, str]:
     """Bring stages up to date, one after another, and publish progress; see `pipeline`.
 
@@ -220,11 +225,13 @@ def reproduce(
         force: Run every stage even if nothing changed.
         stage_timeout_s: Longest time of one stage. [s]
         tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
+        outdated: Those of the targets that are known to be out of date; DVC is asked if not given.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
     mend_lock(root)
     # One look at all costs as much as one at a single stage. After a stage that ran, each is looked at anew.
-    outdated = set(targets) if force else changed(root, targets)
+    if outdated is None:
+        outdated = targets if force else sorted(Look(root, targets).outdated())
     outcome: dict[str, str] = {}
     for done, target in enumerate(targets, start=1):
         name = target.rpartition(":")[2]
@@ -253,6 +260,7 @@ def pipeline(
     runner: str | None = None,
     workers: int = 2,
     address: str | None = None,
+    outdated: list[str] | None = None,
 ) -> dict[str, str]:
     """Bring all stages up to date and publish progress, Table 6.1 and the training runs.
 
@@ -265,6 +273,7 @@ def pipeline(
             threads, dask or ray. The stages compute them themselves if not given.
         workers: Number of processes or threads here.
         address: Address of a Dask or Ray cluster that sees this folder.
+        outdated: Stages that are known to be out of date; DVC is asked if not given.
 
     Returns:
         Stage -> "ran" or "unchanged".
@@ -274,7 +283,7 @@ def pipeline(
         InputError: Bad runner, or bad parameters.
     """
     tasks = None if runner is None else task_runner(runner, workers, address)
-    outcome = reproduce(stage_names(root), root, force, stage_timeout_s, tasks)
+    outcome = reproduce(stage_names(root), root, force, stage_timeout_s, tasks, outdated)
     publish_table(root)
     publish_training_runs(root, mlflow_ui)
     return outcome
@@ -287,14 +296,18 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run every stage even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
+    root = arguments.root
     try:
-        with prefect_server(Layout(arguments.root)):
+        mend_lock(root)
+        look = None if arguments.force else Look(root, stage_names(root))  # while the server starts
+        with prefect_server(Layout(root)):
             pipeline(
-                arguments.root,
+                root,
                 force=arguments.force,
                 runner=arguments.runner,
                 workers=arguments.workers,
                 address=arguments.address,
+                outdated=None if look is None else sorted(look.outdated()),
             )
     except (StageFailed, RobojouleError) as error:
         raise SystemExit(f"flows.pipeline: {error}") from None

@@ -107,7 +107,7 @@ class Service:
         return process_of(noted) if noted else None
 
     def start(self) -> bool:
-        """Start it unless it runs, and wait until it is ready.
+        """Launch it unless it runs, and wait until it is ready.
 
         Returns:
             Whether it was started.
@@ -115,8 +115,20 @@ class Service:
         Raises:
             RobojouleError: Another program has its place, it ended, or it is not ready in time.
         """
+        launched = self.launch()
+        self.wait()
+        return launched
+
+    def launch(self) -> bool:
+        """Start it unless it runs.
+
+        Returns:
+            Whether it was started.
+
+        Raises:
+            RobojouleError: Another program has its place.
+        """
         if self.process() is not None:
-            self._wait()
             return False
         self.stop()  # what is left of one that was killed
         if self.health and answers(self.health):
@@ -134,13 +146,17 @@ class Service:
             )
         began = psutil.Process(started.pid).create_time()
         write_document(self.file, ProcessFile(pid=started.pid, started_s=began).model_dump(mode="json"))
-        self._wait(started)
         return True
 
-    def _wait(self, started: subprocess.Popen[bytes] | None = None) -> None:
+    def wait(self) -> None:
+        """Wait until it is ready.
+
+        Raises:
+            RobojouleError: It ended, or it is not ready in time.
+        """
         end = time.monotonic() + self.patience_s
         while self.health is not None and not answers(self.health):
-            if (started is not None and started.poll() is not None) or self.process() is None:
+            if self.process() is None:
                 raise RobojouleError(f"{self.name} ended at once: {self._last_line()} (more in {self.log})")
             if time.monotonic() > end:
                 raise RobojouleError(f"{self.name} does not answer at {self.health}; see {self.log}")

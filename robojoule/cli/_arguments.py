@@ -266,13 +266,20 @@ def trade_off_of(arguments: argparse.Namespace, program: Program, robot: Robot, 
     return pareto(
         program,
         robot,
-        allow_faster=arguments.allow_faster,
-        slowest_speed_limit_percent=arguments.slowest_speed_limit,
-        profiles=arguments.profiles,
         model=model,
         runs=arguments.runs,
         cautious=arguments.cautious,
+        **choices_of(arguments),
     )
+
+
+def choices_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Among what `optimize` and `pareto` both choose, by the names of the library's arguments."""
+    return {
+        "allow_faster": arguments.allow_faster,
+        "slowest_speed_limit_percent": arguments.slowest_speed_limit,
+        "profiles": arguments.profiles,
+    }
 
 
 def wishes_of(arguments: argparse.Namespace) -> dict[str, Any]:

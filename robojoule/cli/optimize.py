@@ -18,6 +18,7 @@ from robojoule.cli._arguments import (
     add_speed_step,
     add_year,
     check_outputs,
+    choices_of,
     operation_of,
     program_and_robot_of,
     save_plan,
@@ -83,10 +84,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         plan = optimize(
             program,
             robot,
-            allow_faster=arguments.allow_faster,
-            slowest_speed_limit_percent=arguments.slowest_speed_limit,
-            profiles=arguments.profiles,
             model=model,
+            **choices_of(arguments),
             **wishes_of(arguments),
         )
         page = None if arguments.page is None else _page(arguments, plan, program, robot, operation, model)

@@ -70,13 +70,13 @@ def processes(project: Path) -> dict[str, int]:
 
 
 def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
-    names = ["prefect-server", "mlflow-server", "prefect-worker"]
-    assert desk(project, "status", code=3).count("does not run") == 3
+    names = ["prefect-server", "mlflow-server", "prefect-worker", "inbox-watch"]
+    assert desk(project, "status", code=3).count("does not run") == len(names)
     said = desk(project, "up").splitlines()
-    assert [line.split(maxsplit=1) for line in said[:3]] == [[name, "started"] for name in names]
+    assert [line.split(maxsplit=1) for line in said[:4]] == [[name, "started"] for name in names]
     api, mlflow = (f"http://127.0.0.1:{ports[name]}" for name in ("PREFECT_SERVER_API_PORT", "MLFLOW_PORT"))
     assert f"Prefect  {api}" in said and f"MLflow   {mlflow}" in said
-    assert desk(project, "status").count("runs since") == 3
+    assert desk(project, "status").count("runs since") == len(names)
 
     expected = yaml.safe_load((project / "prefect.yaml").read_text(encoding="utf-8"))["deployments"]
     found = post(f"{api}/api", "deployments/filter", {})
@@ -94,15 +94,20 @@ def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
     os.kill(first["mlflow-server"], signal.SIGKILL)
     wait_for("its end", lambda: "was killed" in desk_status(project), 30)
     said = desk(project, "up").splitlines()
-    assert [line.split(maxsplit=1)[1] for line in said[:3]] == ["runs already", "started", "runs already"]
+    assert [line.split(maxsplit=1)[1] for line in said[:4]] == [
+        "runs already",
+        "started",
+        "runs already",
+        "runs already",
+    ]
     assert {name for name, pid in processes(project).items() if pid != first[name]} == {"mlflow-server"}
 
     with subprocess.Popen(["sleep", "120"], start_new_session=True) as other:  # not of the desk: it stays
-        assert desk(project, "down").count("ended") == 3
+        assert desk(project, "down").count("ended") == len(names)
         assert other.poll() is None
         other.kill()
     assert [one for one in family if one.is_running() and one.status() != psutil.STATUS_ZOMBIE] == []
-    assert desk(project, "down").count("does not run") == 3
+    assert desk(project, "down").count("does not run") == len(names)
     ignored = run("git", "status", "--porcelain", "--ignored=no", ".desk", cwd=project).stdout
     assert ignored == ""
     assert not looked_up.exists(), looked_up.read_text(encoding="utf-8")

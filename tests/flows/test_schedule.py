@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -153,7 +154,7 @@ def unit(name: str, project: Path) -> dict[str, str]:
     return {key: value.replace("/srv/robojoule", str(project)) for key, value in parser["Service"].items()}
 
 
-UNITS = ("robojoule-prefect", "robojoule-mlflow", "robojoule-worker")
+UNITS = ("robojoule-prefect", "robojoule-mlflow", "robojoule-worker", "robojoule-inbox")
 
 
 def test_the_units_of_systemd_start_and_end_cleanly(
@@ -168,14 +169,19 @@ def test_the_units_of_systemd_start_and_end_cleanly(
         f"http://127.0.0.1:{ports['MLFLOW_PORT']}/health",
         f"http://127.0.0.1:{ports['PREFECT_WORKER_WEBSERVER_PORT']}/health",
     )
+    ready = [*(partial(answers, url) for url in health), lambda: "looks into" in log_of("robojoule-inbox")]
+
+    def log_of(name: str) -> str:
+        return (tmp_path / f"{name}.log").read_text(encoding="utf-8")
+
     started = []
-    for name, url in zip(UNITS, health, strict=True):
+    for name, is_ready in zip(UNITS, ready, strict=True):
         service = unit(name, project)
         assert Path(service["EnvironmentFile"]).exists()
         folder = Path(service["WorkingDirectory"])
         process = background.start(service["ExecStart"], folder, tmp_path / f"{name}.log")
-        wait_for(name, lambda url=url, process=process: answers(url) or process.poll() is not None, PATIENCE_S)
-        assert process.poll() is None, (tmp_path / f"{name}.log").read_text(encoding="utf-8")[-500:]
+        wait_for(name, lambda ready=is_ready, process=process: ready() or process.poll() is not None, PATIENCE_S)
+        assert process.poll() is None, log_of(name)[-500:]
         started.append((name, process, service))
     assert len(post(f"{health[0].removesuffix('/health')}", "deployments/filter", {})) >= 2
     for name, process, service in reversed(started):
@@ -183,7 +189,7 @@ def test_the_units_of_systemd_start_and_end_cleanly(
         children = psutil.Process(process.pid).children(recursive=True)
         process.send_signal(signal.SIGTERM)
         process.wait(timeout=float(service["TimeoutStopSec"]))
-        assert process.returncode in (0, -signal.SIGTERM), (tmp_path / f"{name}.log").read_text(encoding="utf-8")[-500:]
+        assert process.returncode in (0, -signal.SIGTERM), log_of(name)[-500:]
         psutil.wait_procs(children, timeout=10)
 
 
