@@ -48,7 +48,7 @@ def _said(tool: str, words: list[str], folder: Path) -> str:
     """What a command prints."""
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()] or ["it said nothing"]
+        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()] or ["no output"]
         problem = lines[-1].removeprefix("fatal: ").removeprefix("ERROR: ")
         raise InputError(
             f"a scheduled run works in a clone of the last commit, but {tool} says: {problem}", file=folder

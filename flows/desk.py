@@ -154,7 +154,7 @@ def _run(layout: Layout, *words: str) -> None:
     )
     if done.returncode != 0:
         lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        raise RobojouleError(f"`python {' '.join(words)}` failed: {lines[-1] if lines else 'it said nothing'}")
+        raise RobojouleError(f"`python {' '.join(words)}` failed: {lines[-1] if lines else 'no output'}")
 
 
 def run_here(layout: Layout, name: str) -> None:

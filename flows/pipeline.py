@@ -11,6 +11,7 @@ import argparse
 import csv
 import os
 import queue
+import re
 import subprocess
 import sys
 import threading
@@ -43,6 +44,7 @@ from robojoule.errors import InputError, RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
 MLFLOW_UI = address("mlflow")
+BAD_INPUT = re.compile(r"exited with 2\b")  # what DVC says of a stage that refused its input
 
 
 class StageFailed(RuntimeError):
@@ -67,7 +69,7 @@ def _sentence(stage: str, output: list[str]) -> str:
     others = [line for line in output if not line.startswith(("ERROR: failed to reproduce", "Running stage", "> "))]
     if own and any("failed to reproduce" in line for line in output):
         return own[-1]
-    return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without a word'}"
+    return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without output'}"
 
 
 def stage_names(root: Path, file: str = "dvc.yaml") -> list[str]:
@@ -103,9 +105,9 @@ def _output_lines(process: subprocess.Popen[str]) -> Iterator[str]:
 
 
 def _worth_a_retry(_task: Any, _run: Any, state: Any) -> bool:
-    """Retry after a fault of the machine, never after bad input."""
+    """Retry after a fault of the machine, never after bad input or a timeout, which would come again."""
     error = state.result(raise_on_failure=False)
-    return not (isinstance(error, StageFailed) and error.bad_input)
+    return not (isinstance(error, TimeoutError) or (isinstance(error, StageFailed) and error.bad_input))
 
 
 @task(
@@ -129,6 +131,7 @@ def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
 
     Raises:
         StageFailed: The stage or DVC ended with an error.
+        TimeoutError: It took longer than this task may.
     """
     logger = get_run_logger()
     # The stage's command says `python`: that is the interpreter which runs this flow.
@@ -157,7 +160,7 @@ def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
         lifeline.cut(process)
     if code != 0:
         stage = target.rpartition(":")[2]
-        raise StageFailed(stage, bad_input=any("exited with 2" in line for line in output), output=output)
+        raise StageFailed(stage, bad_input=any(BAD_INPUT.search(line) for line in output), output=output)
     return "ran" if any(line.startswith("Running stage") for line in output) else "unchanged"
 
 
@@ -184,7 +187,7 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
 
     Args:
         root: Folder of `dvc.yaml`.
-        mlflow_ui: Address at which `mlflow ui` will listen.
+        mlflow_ui: Address at which MLflow's server will listen.
 
     Returns:
         Ids of the runs.
@@ -202,7 +205,7 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
             "",
             *(lines or ["None in this folder's store: the predictors came out of DVC's cache."]),
             "",
-            "Open the store with `mlflow ui` in this folder.",
+            "`make up` opens the store.",
         ]
     )
     create_markdown_artifact(key="training-runs", markdown=text, description="MLflow runs of the predictors in use")
@@ -226,6 +229,9 @@ def reproduce(
         stage_timeout_s: Longest time of one stage. [s]
         tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
         outdated: Those of the targets that are known to be out of date; DVC is asked if not given.
+
+    Raises:
+        StageFailed: A stage ended with an error, also on its second try, or took too long.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
     mend_lock(root)
@@ -240,7 +246,12 @@ def reproduce(
             continue
         if tasks is not None:
             fan_out(name, target, root, tasks, force)
-        outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(target, root, force)
+        stage = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)
+        try:
+            outcome[name] = stage(target, root, force)
+        except TimeoutError:
+            # Prefect would give the run a state of its own for that, without a word on the stage.
+            raise StageFailed(name, bad_input=False, output=[f"took longer than {stage_timeout_s:g} s"]) from None
         update_progress_artifact(
             progress,
             progress=100.0 * done / len(targets),
@@ -268,7 +279,7 @@ def pipeline(
         root: Folder of `dvc.yaml`.
         force: Run every stage even if nothing changed.
         stage_timeout_s: Longest time of one stage. [s]
-        mlflow_ui: Address at which `mlflow ui` will listen, for the links.
+        mlflow_ui: Address at which MLflow's server will listen, for the links.
         runner: Task runner on which the parts of `simulate_motions` and `evaluate_plans` are computed: processes,
             threads, dask or ray. The stages compute them themselves if not given.
         workers: Number of processes or threads here.

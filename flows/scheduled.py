@@ -49,7 +49,7 @@ def nightly(
         address: Address of a cluster.
 
     Returns:
-        Nothing that differs: an empty list.
+        An empty list, as nothing differs.
 
     Raises:
         Drift: Something differs; the artifact `drift` names it.

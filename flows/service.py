@@ -164,7 +164,7 @@ class Service:
 
     def _last_line(self) -> str:
         lines = self.log.read_text(encoding="utf-8", errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "no output")
 
     def stop(self) -> bool:
         """End it with all processes of its session and all that it started; first by SIGTERM, then by SIGKILL.
