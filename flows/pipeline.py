@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
 from prefect import flow, get_run_logger, task
 from prefect.artifacts import (
     create_markdown_artifact,
@@ -31,6 +30,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.task_runners import TaskRunner
 
 from flows import lifeline
+from flows.command import told
 from flows.dvc_lock import mend_lock
 from flows.fan_out import Look, fan_out
 from flows.runners import add_runner, task_runner
@@ -40,6 +40,7 @@ from reproduction.predictors.estimators import MODELS
 from reproduction.profile_predictor.training import MODEL
 from reproduction.settings import address
 from reproduction.tracking.store import data_hash, find_run
+from robojoule.documents import read_document
 from robojoule.errors import InputError, RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
@@ -47,7 +48,7 @@ MLFLOW_UI = address("mlflow")
 BAD_INPUT = re.compile(r"exited with 2\b")  # what DVC says of a stage that refused its input
 
 
-class StageFailed(RuntimeError):
+class StageFailed(RobojouleError):
     """A stage ended with an error.
 
     Args:
@@ -73,9 +74,16 @@ def _sentence(stage: str, output: list[str]) -> str:
 
 
 def stage_names(root: Path, file: str = "dvc.yaml") -> list[str]:
-    """Names of the stages of a file, in its order."""
-    names = list(yaml.safe_load((root / file).read_text(encoding="utf-8"))["stages"])
-    return [str(name) for name in names]
+    """Names of the stages of a file, in its order.
+
+    Raises:
+        InputError: There is no such file, or it names no stages.
+    """
+    found = read_document(root / file)
+    stages = found.get("stages") if isinstance(found, dict) else None
+    if not isinstance(stages, dict):
+        raise InputError("there are no stages in it", file=root / file, allowed="the file of a pipeline of DVC")
+    return [str(name) for name in stages]
 
 
 def _output_lines(process: subprocess.Popen[str]) -> Iterator[str]:
@@ -308,9 +316,12 @@ def main() -> None:
     add_runner(parser, None)
     arguments = parser.parse_args()
     root = arguments.root
-    try:
+    with told("flows.pipeline"):
+        names = stage_names(root)
+        if arguments.runner is not None:
+            task_runner(arguments.runner, arguments.workers, arguments.address)  # both: before a server is started
         mend_lock(root)
-        look = None if arguments.force else Look(root, stage_names(root))  # while the server starts
+        look = None if arguments.force else Look(root, names)  # while the server starts
         with prefect_server(Layout(root)):
             pipeline(
                 root,
@@ -320,8 +331,6 @@ def main() -> None:
                 address=arguments.address,
                 outdated=None if look is None else sorted(look.outdated()),
             )
-    except (StageFailed, RobojouleError) as error:
-        raise SystemExit(f"flows.pipeline: {error}") from None
 
 
 if __name__ == "__main__":
