@@ -12,7 +12,6 @@ from reproduction.tracking.profile_predictor import register_predictor
 from reproduction.tracking.store import log_data, of_the_code, recording
 
 
-
 def registered_name(robot: str) -> str:
     """Name under which the predictors of a robot's measured motions are registered."""
     return f"energy-profile-measured-{robot}"

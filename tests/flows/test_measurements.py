@@ -126,7 +126,7 @@ def test_logs_are_taken_in_or_rejected_with_their_reason(
     # While somebody looks at the branch, nothing can be added to it.
     put(inbox, "thursday.csv", 25)
     run("git", "checkout", "-q", BRANCH, cwd=project)
-    with pytest.raises(InputError, match="branch measurements is checked out here.*allowed: another branch"):
+    with pytest.raises(InputError, match=r"branch measurements is checked out here.*allowed: another branch"):
         ingest(project)
     assert (inbox / "thursday.csv").exists()
 

@@ -120,8 +120,9 @@ def test_a_program_that_becomes_a_service_is_noted(tmp_path: Path):
     words = [sys.executable, "-m", "flows.desk", "run", "inbox-watch", "--root", str(tmp_path)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     watch = next(one for one in services(Layout(tmp_path)) if one.name == "inbox-watch")
-    with (tmp_path / "log").open("wb") as log, subprocess.Popen(words, cwd=ROOT, env=environment, stdout=log) as process:
-        wait_for("the watch", lambda: b"looks into" in (tmp_path / "log").read_bytes(), 120)
+    printed = tmp_path / "log"
+    with printed.open("wb") as log, subprocess.Popen(words, cwd=ROOT, env=environment, stdout=log) as process:
+        wait_for("the watch", lambda: b"looks into" in printed.read_bytes(), 120)
         assert watch.process().pid == process.pid and watch.noted().managed
         again = run(*words, cwd=ROOT, code=1).stderr
         assert again == "flows.desk: inbox-watch runs already\n"
