@@ -64,7 +64,7 @@ def searched_cells(path: Path) -> list[Cell]:
     """The cells of a file.
 
     Raises:
-        InputError: See `load_cells`; or one is of robots' programs, whose moves are no figures to search among.
+        InputError: See `load_cells`; or one is a cell of robots, which another command plans.
     """
     cells = []
     for cell in load_cells(path):

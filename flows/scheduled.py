@@ -59,8 +59,9 @@ def nightly(
         InputError: There is no commit to clone.
     """
     with scratch_clone(root) as clone:
-        where = {"runner": runner, "workers": workers, "address": address}
-        pipeline.fn(clone, force=True, stage_timeout_s=stage_timeout_s, **where)
+        pipeline.fn(
+            clone, force=True, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address
+        )
         lines, beyond = compare_results(clone)
     said = "\n".join(f"    {line}" for line in lines) or "Every output, table and metric has the committed bytes."
     create_markdown_artifact(key="drift", markdown=said, description="Results of this night against the committed ones")
@@ -150,8 +151,7 @@ def on_demand(
         write_text(file, yaml.safe_dump(params, sort_keys=False))
         load_params(file)  # refused before anything runs
         with trial(str(runtime.flow_run.name)):
-            where = {"runner": runner, "workers": workers, "address": address}
-            pipeline.fn(clone, stage_timeout_s=stage_timeout_s, **where)
+            pipeline.fn(clone, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address)
         results = Layout(root.resolve()).desk_dir / "results" / str(runtime.flow_run.name)
         keep_results(clone, results)
         metrics = read_document(results / "reports/headline.json")

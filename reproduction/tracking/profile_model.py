@@ -56,7 +56,7 @@ class ProfileModel(mlflow.pyfunc.PythonModel):  # type: ignore[misc]
 
 def _finite(frame: pd.DataFrame, names: list[str]) -> Array:
     """Columns as numbers, shape (rows, columns)."""
-    values = frame[names].to_numpy(dtype=float)
+    values: Array = frame[names].to_numpy(dtype=float)
     bad = np.argwhere(~np.isfinite(values))
     if bad.size:
         row, column = bad[0].tolist()
