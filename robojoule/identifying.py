@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.calls import finite
-from robojoule.checks import checked_robot, checked_runs, model_program, moving_batch
+from robojoule.checks import checked_robot, checked_runs, known_program, model_program, moving_batch
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
 from robojoule.robots.robot import Robot
@@ -112,6 +112,6 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     """
     from robojoule.calibration import timing
 
-    program = model_program(program, robot)
+    program = model_program(known_program(program, robot), robot)
     batch = moving_batch(program, robot)
     return timing.identify_timing(batch.paths, checked_runs(runs, program))

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array, Index
+from robojoule.calibration.identification import wider_for_few
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_motions import log_timing
 from robojoule.calibration.signals import Signals, prepare
@@ -48,8 +49,10 @@ class JointFriction:
         viscous_error_nm_s_per_rad: Standard error; None where it is not told. [Nm s/rad]
         torque_scale: Measured torque over that of the file's inertia, rotor and payload. [-]
         torque_scale_error: Standard error. [-]
-        r2: Share of the variance of torques of motions left out that is explained. [-]
-        identified: Whether both frictions are told.
+        r2: Share of the variance of torques that is explained: of motions left out, or of all where they say too
+            little of this joint. [-]
+        identified: Whether both frictions are told, with errors below half of themselves; that of viscous friction may
+            be half of Coulomb friction at the fastest speed.
     """
 
     joint: str
@@ -94,8 +97,8 @@ class FrictionIdentification:
         ]
         if off:
             found.append(
-                f"torques are another multiple of the file's inertia than 1 at {', '.join(off)}: check payload and "
-                "torque constants"
+                f"measured torques differ from those of the file's inertia by the factors given: {', '.join(off)}; "
+                "check payload and torque constants"
             )
         return (*found, *(self.timing.warnings if self.timing is not None else ()))
 
@@ -164,12 +167,16 @@ def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:
     none = JointFriction(name, known[0], None, known[1], None, 1.0, 1.0, 0.0, identified=False)
     if train.sum() < FEWEST_WINDOWS or np.unique(np.sign(direction[train])).size < 2:
         return none
-    found, error = _robust(basis[train], torque[train], signals.window_block[train])
+    found, error = robust_fit(basis[train], torque[train], signals.window_block[train])
+    error = wider_for_few(np.unique(signals.window_block[train]).size) * error
     judged = held if held.sum() >= FEWEST_WINDOWS // 4 else train
     left = torque[judged] - basis[judged] @ found
     r2 = 1.0 - float(left @ left) / max(float(((torque[judged] - torque[judged].mean()) ** 2).sum()), 1e-12)
     coulomb, viscous = float(found[1]), float(found[2])
     told = coulomb > 0.0 and viscous >= 0.0 and bool(error[1] < WELL_KNOWN * coulomb)
+    # Friction that hardly grows with speed is told where its growth is small beside Coulomb's, too.
+    fastest = float(np.abs(velocity[train]).max())
+    told = told and bool(error[2] < WELL_KNOWN * max(viscous, coulomb / fastest))
     return JointFriction(
         joint=name,
         coulomb_nm=coulomb if told else known[0],
@@ -183,8 +190,20 @@ def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:
     )
 
 
-def _robust(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
-    """Robust least squares, and standard errors that know that windows of one motion hang together."""
+def robust_fit(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
+    """Robust least squares with standard errors that know that windows of one motion hang together.
+
+    They are those by the sums of each motion (MacKinnon and White's correction for few of them), or those of
+    independent windows where they are larger: sums of few motions say little of their spread, that of one is zero.
+
+    Args:
+        basis: What the values are linear in, shape (W, P).
+        values: Shape (W,).
+        block: Motion of each window, shape (W,).
+
+    Returns:
+        Coefficients and their standard errors, each of shape (P,).
+    """
     scale = np.maximum(np.abs(basis).max(axis=0), 1e-12)
     scaled, weight = basis / scale, np.ones(len(values))
     ridge = 1e-9 * len(values) * np.eye(basis.shape[1])
@@ -201,5 +220,8 @@ def _robust(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
     _, motion = np.unique(block, return_inverse=True)
     sums = np.zeros((int(motion.max()) + 1, basis.shape[1]))
     np.add.at(sums, motion, scaled * (weight * left)[:, None])
-    spread_of = inverse @ (sums.T @ sums) @ inverse
-    return found / scale, np.sqrt(np.maximum(np.diag(spread_of), 0.0)) / scale
+    motions = len(sums)
+    hanging = np.diag(inverse @ (sums.T @ sums) @ inverse) * motions / max(motions - 1, 1)
+    freedom = max(len(values) - basis.shape[1], 1)
+    alone = float(weight @ left**2) / freedom * np.diag(inverse)
+    return found / scale, np.sqrt(np.maximum(np.maximum(hanging, alone), 0.0)) / scale

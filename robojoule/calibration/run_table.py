@@ -22,7 +22,9 @@ LEAST_LIMIT = 1e-3  # a tenth of a percent
 MOST_ENERGY_J = 1e9
 # Steps in which durations are given: of stop watches, of controllers' cycles.
 _RESOLUTIONS_S = (1.0, 0.5, 0.1, 0.05, 0.02, 0.012, 0.01, 0.008, 0.005, 0.004, 0.002, 0.001)
-_FEWEST_TO_JUDGE = 5
+# Steps in which meters of energy are read; a reading in finer ones is as good as exact.
+_ENERGY_STEPS_J = (36000.0, 10000.0, 3600.0, 1000.0, 500.0, 360.0, 100.0, 50.0, 36.0, 20.0, 10.0, 5.0, 2.0, 1.0)
+_FEWEST_TO_JUDGE = 3
 _FINEST_S = 5e-4
 
 
@@ -115,9 +117,20 @@ def _move(word: str, moves: Sequence[str], table: LogTable) -> int:
 
 def resolution_of(durations_s: Array) -> float:
     """Step in which durations were taken down: the largest usual one of which all are multiples. [s]"""
-    if durations_s.size >= _FEWEST_TO_JUDGE:
-        for step in _RESOLUTIONS_S:
-            shares = durations_s / step
-            if np.all(np.abs(shares - np.round(shares)) < 1e-6 * np.maximum(shares, 1.0)):
-                return step
-    return _FINEST_S
+    return _step_of(durations_s, _RESOLUTIONS_S) or _FINEST_S
+
+
+def energy_step_of(energies_j: Array) -> float:
+    """Step in which energies were read; 0 where it is below a joule, or too few (not NaN) are there to say. [J]"""
+    return _step_of(energies_j[np.isfinite(energies_j)], _ENERGY_STEPS_J)
+
+
+def _step_of(values: Array, steps: tuple[float, ...]) -> float:
+    """The largest of some falling steps of which all values are multiples; 0 if none is, or values are too few."""
+    if values.size < _FEWEST_TO_JUDGE:
+        return 0.0
+    for step in steps:
+        shares = np.abs(values) / step
+        if np.all(np.abs(shares - np.round(shares)) < 1e-6 * np.maximum(shares, 1.0)):
+            return step
+    return 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robojoule.calibration.run_table import is_run_table, read_runs, resolution_of
+from robojoule.calibration.run_table import energy_step_of, is_run_table, read_runs, resolution_of
 from robojoule.errors import InputError
 
 MOVES = ["to part", "lift", "home"]
@@ -65,4 +65,12 @@ def test_the_resolution_is_read_off_the_figures():
     assert resolution_of(np.array([0.8, 1.2, 1.3, 2.4, 0.9])) == pytest.approx(0.1)
     assert resolution_of(np.array([0.804, 1.2, 1.348, 2.4, 0.916])) == pytest.approx(0.004)
     assert resolution_of(np.array([0.8041, 1.2, 1.348, 2.4, 0.916])) < 0.001
+    assert resolution_of(np.array([0.7, 0.9, 0.6])) == pytest.approx(0.1)  # a stopwatch and a program of three moves
     assert resolution_of(np.array([1.0, 2.0])) < 0.001  # too few to judge
+
+
+def test_the_step_of_a_meter_is_read_off_the_figures():
+    assert energy_step_of(np.array([700.0, 1200.0, np.nan, 100.0])) == 100.0
+    assert energy_step_of(np.array([712.0, 1203.0, 88.0])) == 1.0
+    assert energy_step_of(np.array([712.4, 1203.0, 88.0])) == 0.0
+    assert energy_step_of(np.array([700.0, np.nan, np.nan])) == 0.0  # too few to judge

@@ -8,6 +8,7 @@ import pytest
 from robojoule.cli import main
 from robojoule.formats.program import load_program
 from robojoule.motion.simulation import MotionPaths
+from robojoule.robots import load_robot
 from tests.calibration.machines import joint_controller
 from tests.core_cases import kr16
 
@@ -112,3 +113,31 @@ def test_what_does_not_go_together_is_refused(program, runs, capsys, words, mess
     named = {"PROGRAM": str(program), "RUNS": str(runs)}
     assert main([*(named.get(word, word) for word in words), *ROBOT]) == 2
     assert message in capsys.readouterr().err
+
+
+URSCRIPT = """def prog():
+  set_tcp(p[0,0,0.1,0,0,0])
+  movej([0,-1.57,1.57,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej(p[0.4,0.1,0.5,0,3.14,0],a=1.4,v=1.05)
+  movej([0.5,-1.2,1.2,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej([0.9,-1.2,1.5,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej([0,-1.57,1.57,-1.57,-1.57,0],a=1.4,v=1.05)
+end
+"""
+
+
+def test_timing_of_a_program_with_poses_is_identified(tmp_path, capsys):
+    """Poses of the tool need the robot, which is given."""
+    script, table = tmp_path / "v.script", tmp_path / "runs.csv"
+    script.write_text(URSCRIPT, encoding="utf-8")
+    robot = load_robot("ur_ur10e")
+    known = load_program(script).for_robot(robot)
+    points = known.tree.configurations_rad()
+    durations = MotionPaths(robot, points[:-1], points[1:]).durations([1.0, 0.5])
+    lines = ["move,speed_limit_percent,duration_s"]
+    for place, limit in enumerate((100, 50)):
+        seconds = zip(known.moves, 1.05 * durations[:, place], strict=True)
+        lines += [f"{move.name},{limit},{taken:.3f}" for move, taken in seconds]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert main(["identify", str(table), "--program", str(script), "--robot", "ur_ur10e", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["timing"]["motions"] == len(known.moves)
