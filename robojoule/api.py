@@ -21,7 +21,6 @@ from robojoule.checks import (
     known_program,
     model_program,
     moving_batch,
-    with_timing,
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
@@ -33,6 +32,7 @@ from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
+from robojoule.planning.learnt_timing import with_learnt_timing
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
@@ -117,12 +117,14 @@ def optimize(
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
     wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     known = None if runs is None else checked_runs(runs, program)
+    doubts: tuple[str, ...] = ()
     if known is not None and source == "simulated":
-        batch = with_timing(batch, known)
+        batch, doubts = with_learnt_timing(batch, known)
     batch = guard.bounded(batch)
     with telling(progress):
         if known is None or source == "simulated":
             plan = planned(program, batch, at_full_speed, wish)
+            plan = replace(plan, warnings=(*plan.warnings, *doubts))
         else:
             plan = planned_on_runs(program, batch, known, wish)
     return guard.told(plan, as_given, robot)

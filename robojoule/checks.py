@@ -37,14 +37,6 @@ def checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredR
     return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
 
 
-def with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
-    """The same motions by the controller that runs show."""
-    from robojoule.calibration.timing import identify_timing
-
-    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
-    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
-
-
 def checked_batch(
     program: Program, robot: Robot, tree: OperationTree | None = None, slowest_percent: float = SLOWEST_PERCENT
 ) -> TreeBatch:

@@ -120,6 +120,8 @@ class TimingIdentification:
                 f"no rule explains the durations to {POOR_ERROR_PERCENT:g} % of motions left out, so none is taken: "
                 "check speed limits (column speed_limit_percent), payload and that every move stops at its end"
             )
+        elif not self.is_good:
+            found.append("the entry's own timing meets the runs as well as any rule, so it is kept")
         if self.speeds == 1:
             found.append(
                 "all runs have one speed limit: how accelerations change with it is not known, and slower runs are a "

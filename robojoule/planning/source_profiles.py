@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing import rule_doubts
 from robojoule.calibration.timing_fit import OF_STAMPS
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
@@ -17,6 +17,7 @@ from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
 from robojoule.motion.tool_motions import ToolMotions
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.learnt_timing import with_learnt_timing
 from robojoule.planning.measured_plans import check_measured
 from robojoule.planning.optimization import Profiles
 from robojoule.planning.tree_motions import chains_of_tree, check_single_moves, tree_payloads
@@ -109,9 +110,9 @@ def move_profile(
     if runs is None:
         return motion_profile(robot, start, end, points, profiles, predictor)
     if profiles == "simulated":
-        timing = identify_timing(batch.paths, runs)
-        learnt = simulated_profile(robot.variant(controller=timing.controller), start, end, points)
-        return replace(learnt, doubts=(*learnt.doubts, *rule_doubts(timing.controller.duration_error)))
+        learnt, doubts = with_learnt_timing(batch, runs)
+        by_runs = simulated_profile(robot.variant(controller=learnt.robot.controller), start, end, points)
+        return replace(by_runs, doubts=(*by_runs.doubts, *doubts))
     if profiles == "measured":
         check_measured(batch, runs, [row])
     own = np.unique(runs.speed_limits[runs.motion == row])
