@@ -22,7 +22,7 @@ from robojoule.calibration.identification import wider_for_few
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_motions import log_timing
 from robojoule.calibration.signals import Signals, prepare
-from robojoule.calibration.timing import TimingIdentification, with_timing
+from robojoule.calibration.timing import TimingIdentification, timing_warnings, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
@@ -74,13 +74,15 @@ class FrictionIdentification:
         robot: Robot that the fit started from.
         source: The log.
         joints: What is told of each joint.
-        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
+        timing: The controller's timing by the log's motions, if they tell it.
+        no_timing: Why they do not tell it, a sentence.
     """
 
     robot: Robot
     source: str
     joints: tuple[JointFriction, ...]
     timing: TimingIdentification | None
+    no_timing: str | None = None
 
     def __repr__(self) -> str:
         told = sum(joint.identified for joint in self.joints)
@@ -100,7 +102,7 @@ class FrictionIdentification:
                 f"measured torques differ from those of the file's inertia by the factors given: {', '.join(off)}; "
                 "check payload and torque constants"
             )
-        return (*found, *(self.timing.warnings if self.timing is not None else ()))
+        return (*found, *timing_warnings(self.timing, self.no_timing))
 
     def to_dict(self) -> dict[str, Any]:
         """Figures as plain data, ready for JSON."""
@@ -152,7 +154,7 @@ def identify_friction(log: MeasuredLog, robot: Robot, smoothing_s: float | None 
         raise InputError("the log holds neither power nor torques", file=log.source, key="power_w", allowed=allowed)
     signals = prepare(log, robot, smoothing_s)
     joints = tuple(_joint(signals, robot, place) for place in range(robot.joint_count))
-    return FrictionIdentification(robot, log.source, joints, log_timing(log, robot))
+    return FrictionIdentification(robot, log.source, joints, *log_timing(log, robot))
 
 
 def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:

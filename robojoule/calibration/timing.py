@@ -178,6 +178,13 @@ class TimingIdentification:
         return with_timing(self.robot.file, self, name)
 
 
+def timing_warnings(timing: TimingIdentification | None, no_timing: str | None) -> tuple[str, ...]:
+    """What to know about the timing of a log's motions, a sentence each: why there is none, or its warnings."""
+    if timing is not None:
+        return timing.warnings
+    return () if no_timing is None else (no_timing,)
+
+
 def with_timing(file: RobotFile, timing: TimingIdentification | None, name: str | None) -> RobotFile:
     """A robot file with an identified timing, if there is one, and a name of its own.
 
