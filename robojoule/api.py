@@ -16,6 +16,7 @@ from robojoule.checks import (
     adjustable_tree,
     check_trial,
     checked_batch,
+    checked_kind,
     checked_runs,
     checked_step,
     known_program,
@@ -286,6 +287,11 @@ def report(
     Raises:
         InputError: The plan is not one of this program.
     """
+    plan = checked_kind(plan, Plan, "a plan", "plan", "what optimize returns")
+    if trade_off is not None:
+        trade_off = checked_kind(trade_off, TradeOff, "a trade-off", "trade_off", "what pareto returns")
+    if operation is not None:
+        operation = checked_kind(operation, Operation, "an operation", "operation", "what Operation.of returns")
     program = known_program(program, robot)
     refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:

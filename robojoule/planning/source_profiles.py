@@ -105,6 +105,8 @@ def move_profile(
     robot = batch.robot if payload == batch.robot.payload else batch.robot.carrying(payload)
     row = names.index(move)
     if len(vertices[vertex].moves) > 1 or tree.moves()[row].tool_path is not None:
+        if runs is not None:
+            check_single_moves(tree)
         return _whole_profile(robot, batch, vertex, points, profiles)
     start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
@@ -153,8 +155,6 @@ def move_profile(
 def _whole_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
     """The profile of a motion through coarse zones, all of its moves at the same speed limit, or of the tool."""
     tree = batch.trees[0]
-    if profiles == "measured":
-        check_single_moves(tree)
     names, of_tool = batch.graphs[0].vertices[vertex].moves, tool_moves_of_tree(tree)[vertex]
     said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"] if of_tool is None else []
     if profiles == "predicted":

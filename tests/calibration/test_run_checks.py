@@ -74,7 +74,7 @@ def test_repetitions_must_be_alike(case):
 @pytest.mark.parametrize("energy_j", [0.0, -5.0])
 def test_a_small_move_that_draws_nothing_is_refused(case, energy_j):
     """A move so short that the others say nothing of its share: a meter that reads whole kilojoules shows none."""
-    paths, runs = case
+    paths, _ = case
     short = type(paths)(paths.robot, paths.start_rad, paths.start_rad + paths.delta_rad * [[1], [1], [1], [0.02]])
     seen = observed(short, joint_controller(paths.robot), (1.0, 0.4))
     check_runs(short, seen)

@@ -61,6 +61,13 @@ def test_what_cannot_be_used_is_refused_with_its_place(tmp_path, changed, messag
         read_runs(written(tmp_path, PLAIN.replace(*changed, 1)), MOVES)
 
 
+def test_runs_cannot_be_changed(tmp_path):
+    runs = read_runs(written(tmp_path, PLAIN), MOVES)
+    for name in ("motion", "speed_limits", "duration_s", "energy_j"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(runs, name)[0] = 1
+
+
 def test_the_resolution_is_read_off_the_figures():
     assert resolution_of(np.array([0.8, 1.2, 1.3, 2.4, 0.9])) == pytest.approx(0.1)
     assert resolution_of(np.array([0.804, 1.2, 1.348, 2.4, 0.916])) == pytest.approx(0.004)

@@ -93,8 +93,11 @@ def test_timing_is_identified_from_the_same_table(program, runs, tmp_path, capsy
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["adjust", "PROGRAM"], "what the trial gave is needed"),
-        (["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"], "does not go with runs, which tell more"),
+        (["adjust", "PROGRAM"], "neither a measured cycle nor runs are given"),
+        (
+            ["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"],
+            "both a measured cycle and runs are given",
+        ),
         (["adjust", "PROGRAM", "--runs", "RUNS"], "--cycle-time: the program does not say for which cycle time it was"),
         (["adjust", "PROGRAM", "--measured-cycle", "7"], "--cycle-time: the program does not say for which cycle time"),
         (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "10s"], "is not a valid reserve"),
