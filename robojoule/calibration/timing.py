@@ -12,7 +12,7 @@ from robojoule.arrays import Array
 from robojoule.calibration.run_checks import check_runs
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule, rule_scores
-from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, Candidate, candidates
+from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, OWN, Candidate, candidates
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.inputs import counted
@@ -72,7 +72,7 @@ class TimingIdentification:
         source: Where the runs come from.
         rule: The rule that was chosen.
         rules: All rules, best first.
-        parameters: Its figures.
+        parameters: Its figures; none where it is the entry's own.
         controller: The same, ready for motions.
         held_out_error_percent: Error of the rule, each motion left out in turn. [%]
         nominal_error_percent: Error of the entry's own timing. [%]
@@ -109,6 +109,8 @@ class TimingIdentification:
     @property
     def is_good(self) -> bool:
         """Whether the rule explains the durations, and better than the entry: else robot files keep the entry's."""
+        if self.rule == OWN:
+            return False
         return self.held_out_error_percent <= min(POOR_ERROR_PERCENT, self.nominal_error_percent)
 
     @property
@@ -290,6 +292,8 @@ def nominal_durations(paths: MotionPaths, runs: MeasuredRuns) -> Array:
 
 def _parameters(fit: RuleFit, robot: Robot) -> list[TimingParameter]:
     candidate, x, covariance = fit.candidate, fit.x[0], fit.covariance[0]
+    if candidate.is_own:
+        return []
     prior = np.diag(candidate.spread**2)
     found = []
 

@@ -144,3 +144,19 @@ def test_timing_of_a_program_with_poses_is_identified(tmp_path, capsys):
     table.write_text("\n".join(lines) + "\n", encoding="utf-8")
     assert main(["identify", str(table), "--program", str(script), "--robot", "ur_ur10e", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["timing"]["motions"] == len(known.moves)
+
+
+def test_runs_that_the_entry_explains_leave_it_as_it_is(program, tmp_path, capsys):
+    table, out = tmp_path / "runs.csv", tmp_path / "mine.json"
+    read = load_program(program)
+    points = read.tree.configurations_rad()
+    lines = ["move,speed_limit_percent,duration_s"]
+    for limit in (1.0, 0.3):
+        seconds = MotionPaths(kr16(), points[:-1], points[1:]).durations([limit])[:, 0]
+        lines += [f"{move.name},{100 * limit:g},{taken:.3f}" for move, taken in zip(read.moves, seconds, strict=True)]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    words = ["identify", str(table), "--program", str(program), "--out", str(out), *ROBOT]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert ": the entry's own" in shown and "so it is kept" in shown
+    assert json.loads(out.read_text(encoding="utf-8"))["controller"] is None
