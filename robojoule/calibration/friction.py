@@ -20,6 +20,7 @@ import numpy as np
 from robojoule.arrays import Array, Index
 from robojoule.calibration.identification import wider_for_few
 from robojoule.calibration.log import MeasuredLog
+from robojoule.calibration.log_fit import HUBER, MAD_TO_SIGMA
 from robojoule.calibration.log_motions import log_timing
 from robojoule.calibration.signals import Signals, prepare
 from robojoule.calibration.timing import TimingIdentification, timing_warnings, with_timing
@@ -28,7 +29,6 @@ from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
 from robojoule.robots.robot_file import RobotFile
 
-HUBER = 1.345
 FEWEST_WINDOWS = 20
 SLIDES = 0.999  # mean direction of a window in which a joint does not turn round
 WELL_KNOWN = 0.5  # standard error over the figure above which it is not told
@@ -214,7 +214,7 @@ def robust_fit(basis: Array, values: Array, block: Index) -> tuple[Array, Array]
         before = found
         found = np.linalg.solve(scaled.T @ (scaled * weight[:, None]) + ridge, scaled.T @ (weight * values))
         left = values - scaled @ found
-        spread = max(1.4826 * float(np.median(np.abs(left))), 1e-12)
+        spread = max(MAD_TO_SIGMA * float(np.median(np.abs(left))), 1e-12)
         weight = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(left), 1e-12))
         if np.abs(found - before).max() < 1e-9 * max(float(np.abs(found).max()), 1e-12):
             break

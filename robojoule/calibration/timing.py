@@ -32,7 +32,8 @@ class TimingParameter:
     """One figure of a controller.
 
     Attributes:
-        name: Key in the robot file's `controller` section.
+        name: Key in the robot file's `controller` section; `joints.velocity_rad_s` and `joints.acceleration_rad_s2` are
+            those of all joints alike.
         unit: Its unit.
         value: Estimate.
         standard_error: Its standard error, as far as the runs and what was known before tell.
@@ -71,7 +72,7 @@ class TimingIdentification:
         robot: Robot that the fit started from.
         source: Where the runs come from.
         rule: The rule that was chosen.
-        rules: All rules, best first.
+        rules: All rules that took part, best first.
         parameters: Its figures; none where it is the entry's own.
         controller: The same, ready for motions.
         held_out_error_percent: Error of the rule, each motion left out in turn. [%]
@@ -239,6 +240,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
                 float(scores.min() - scores[place]),
             )
             for place in np.argsort(scores, kind="stable").tolist()
+            if np.isfinite(scores[place])
             for fit in [fits[place]]
         ),
         parameters=tuple(_parameters(chosen, paths.robot)),

@@ -144,7 +144,7 @@ def measured_profiles(paths: MotionPaths, runs: MeasuredRuns, speed_limits: Arra
         speed_limits: Speed limits that the controller takes, rising, shape (S,). [-]
 
     Raises:
-        InputError: A run of a motion of no length.
+        InputError: The runs cannot be of these motions; see `robojoule.calibration.run_checks`.
     """
     durations = checked_durations(paths, runs)
     fits = fit_all(paths, durations, one_speed=np.unique(runs.speed_limits).size == 1)
@@ -356,5 +356,5 @@ def _at_limits(grid: Array, table: Array, runs: MeasuredRuns, rows: Index | slic
 
 
 def _inflation(fit: RuleFit, place: int) -> float:
-    """Reciprocal of the share of freedom that a fit leaves to its residuals, as leaving motions out shows. [-]"""
+    """By how much residuals count for more where their rule misses motions left out by more than noise. [-]"""
     return 1.0 if fit.excess[place] <= 1.0 else 1.5
