@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from robojoule.arrays import Array
-from robojoule.calibration.log_fit import MAD_TO_SIGMA
 from robojoule.calibration.parameters import ParameterVector, Prior
 from robojoule.calibration.run_model import ObservedRuns, evaluate_runs
 from robojoule.motion.path_integrals import PathIntegrals
@@ -30,6 +29,7 @@ _HUBER = 2.5
 _LEAST_NOISE = 1e-5
 _ITERATIONS = 8
 _CONVERGED = 2e-4
+_TO_DEVIATION = 1.4826  # of a normal distribution, over its median absolute deviation
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def calibrate(
         state_spread = float(
             np.sqrt((_PSEUDO_TREES * STATE_SPREAD**2 + (states**2 + 1.0 / own).sum()) / (_PSEUDO_TREES + len(trees)))
         )
-        deviation = MAD_TO_SIGMA * float(np.median(np.abs(after)))
+        deviation = _TO_DEVIATION * float(np.median(np.abs(after)))
         # Before the second step residuals tell of the nominal entry's errors, not of noise.
         share = _PSEUDO_RUNS / (_PSEUDO_RUNS + len(after)) if deviation > NOISE / 2 else 0.0
         noise = max(float(np.sqrt(share * NOISE**2 + (1.0 - share) * min(deviation, NOISE * 2) ** 2)), _LEAST_NOISE)
