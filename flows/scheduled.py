@@ -59,9 +59,7 @@ def nightly(
         InputError: There is no commit to clone.
     """
     with scratch_clone(root) as clone:
-        pipeline.fn(
-            clone, force=True, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address
-        )
+        pipeline.fn(clone, force=True, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address)
         lines, beyond = compare_results(clone)
     said = "\n".join(f"    {line}" for line in lines) or "Every output, table and metric has the committed bytes."
     create_markdown_artifact(key="drift", markdown=said, description="Results of this night against the committed ones")
