@@ -186,7 +186,7 @@ class ExactSearch:
 
     def _bounded(self, bound_j: float) -> None:
         if self.best.bound_j < bound_j < INF:
-            self.best = replace(self.best, bound_j=min(bound_j, self.best.energy_j))
+            self.best = replace(self.best, bound_j=bound_j)
             self._tell()
 
     def _improved(self, values: Array, objective: float, bound: float) -> None:

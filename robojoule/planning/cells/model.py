@@ -59,7 +59,7 @@ import numpy as np
 from robojoule.arrays import Array, Index
 from robojoule.planning.cells.linear import INF, LinearModel, terms
 from robojoule.planning.cells.numbering import Lag, Meeting, Numbering
-from robojoule.planning.cells.phases import phase_bounds_s
+from robojoule.planning.cells.phases import phase_bounds_s, reach_s
 
 if TYPE_CHECKING:
     from robojoule.planning.cells.selection import Selection
@@ -216,7 +216,7 @@ class CellModel:
     def _add_lags(self) -> None:
         """(7) starts of activities of different robots."""
         n = self.numbers
-        far = 2.0 * (n.robots + 1) * n.cycle_time_s
+        far = max(reach_s(n, self.parts.lags), (2 * n.robots + 1) * n.cycle_time_s) + n.cycle_time_s
         for lag in self.parts.lags:
             row = self._start(lag.second, lag.second_move) + _minus(self._start(lag.first, lag.first_move))
             slack = 0.0

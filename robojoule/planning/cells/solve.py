@@ -12,6 +12,7 @@ from time import monotonic
 
 from robojoule.errors import InputError, PlanningError
 from robojoule.inputs import as_number, as_whole, shown
+from robojoule.planning.any_plan import gap_percent
 from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
 from robojoule.planning.cells.feasibility import explain
@@ -45,7 +46,7 @@ class SearchProgress(Progress):
     @property
     def gap_percent(self) -> float:
         """By how much the energy may lie above the optimum; infinity before the first plan. [%]"""
-        return 100.0 * (self.energy_j - self.bound_j) / self.energy_j if self.energy_j < math.inf else math.inf
+        return gap_percent(self.energy_j, self.bound_j) if self.energy_j < math.inf else math.inf
 
     @property
     def text(self) -> str:
@@ -119,7 +120,8 @@ def solve_cell(
     if found.selection is None or found.timing is None:
         raise PlanningError(f"no plan of cell '{cell.name}' was found in {runtime:.1f} s")
     plan = plan_of(numbers, found.selection, found.timing.times, found.status, found.bound_j, runtime)
-    return checked(cell, replace(plan, bound_j=min(plan.bound_j, plan.energy_j)))
+    plan = checked(cell, plan)  # refuses a bound that is above the energy by more than rounding
+    return replace(plan, bound_j=min(plan.bound_j, plan.energy_j))
 
 
 def _search(numbers: Numbering, limits: Limits, tell: Callable[[Found], None], executor: Executor | None) -> Found:

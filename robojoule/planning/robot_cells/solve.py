@@ -35,6 +35,7 @@ _SHARE_OF_SPEEDS = 0.6  # of the time, for the plan on continuous speeds
 _SEARCH_SHARE = 0.2  # of the gap asked for that is left to each of the two searches
 _LEAST_S, _AFTER_STOP_S = 2.0, 10.0  # for the plan in whole percents, whatever is left, and after a stop
 NOT_WHOLE = "no plan in whole percents of speed was found in time: speed limits are exact, round none of them down"
+_ROUNDING = 1e-6  # of the energy, by which a bound may be above it
 _MOST_CUTS = 60  # rounds in which activities are kept apart for their power
 
 
@@ -127,7 +128,7 @@ class Search:
             runs, plan, warnings = exact_runs(self.work, smooth), smooth, (NOT_WHOLE,)
         programs, starts = written_programs(self.work, runs, plan)
         run = simulate_cell(self.work.cell, programs, starts, self.work.arms)
-        bound = min(smooth.bound_j + self.work.process_j, run.energy_j)
+        bound = self._bound_j(smooth, run)
         near = run.energy_j - bound <= 0.01 * self.gap_percent * run.energy_j
         given = [Timeline(one, _bare(one.program), 0.0, self.work.cell.cycle_time_s) for one in self.work.cell.robots]
         return RobotCellPlan(
@@ -140,6 +141,15 @@ class Search:
             monotonic() - began,
             warnings,
         )
+
+    def _bound_j(self, smooth: CellPlan, run: CellRun) -> float:
+        """Bound of every plan; one by predicted profiles may be above what the simulation gives."""
+        bound = smooth.bound_j + self.work.process_j
+        above = bound > run.energy_j * (1.0 + _ROUNDING)
+        if above and self.work.profiles == "simulated" and not run.violations:
+            problem = f"the simulated plan of cell '{self.work.cell.name}' takes {run.energy_j:.7g} J"
+            raise PlanningError(f"{problem}, less than its bound of {bound:.7g} J")
+        return min(bound, run.energy_j)
 
     def _solve(self, cell: Cell, seconds: float) -> CellPlan:
         settings = self.settings
