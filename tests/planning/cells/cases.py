@@ -83,6 +83,29 @@ def with_cycle_time(cell: Cell, cycle_time_s: float) -> Cell:
     return replace(cell, cycle_time_s=cycle_time_s)
 
 
+def free_of_charge() -> Cell:
+    """Two robots without anything between them, and without energy."""
+    cell = replace(two_robots(), handovers=(), collisions=(), lags=())
+    robots = []
+    for robot in cell.robots:
+        static = tuple(
+            replace(one, locations=tuple(replace(p, powers_w=dict.fromkeys(p.powers_w, 0.0)) for p in one.locations))
+            for one in robot.static
+        )
+        dynamic = tuple(
+            replace(
+                one,
+                movements=tuple(
+                    replace(m, profile=MonomialProfile(m.profile.d_min_s, m.profile.d_max_s, ((0.0, 0.0),)))
+                    for m in one.movements
+                ),
+            )
+            for one in robot.dynamic
+        )
+        robots.append(replace(robot, static=static, dynamic=dynamic))
+    return replace(cell, robots=tuple(robots))
+
+
 SEEDS = [(2, 0, (4, 6)), (2, 1, (4, 6)), (3, 5, (3, 5))]
 
 
