@@ -58,10 +58,11 @@ def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tup
         share: Share of the objective that the tangents may miss.
 
     Returns:
-        Objective of the relaxation, a bound [J], infinity if it is infeasible; the price of time of each robot [W].
+        Objective of the relaxation, a bound [J], infinity if it is infeasible, minus infinity if there was no time for
+        it; the price of time of each robot [W].
     """
     n, t = model.numbers, model.movements
-    bound, prices = 0.0, dict.fromkeys(model.parts.robots, 0.0)
+    bound, prices = -INF, dict.fromkeys(model.parts.robots, 0.0)
     for at in spread_durations_s(n, t, _FIRST_TANGENTS):
         model.add_tangents(t, at)
     for _ in range(_CUT_ROUNDS):
@@ -76,8 +77,8 @@ def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tup
         at = np.clip(at, n.d_min_s[t], n.d_max_s[t])
         missing = np.where(used > 1e-6, used * n.energies_j(t, at) - found.values[model.W[t]], 0.0)
         prices = _prices_w(model, used, at)
-        wanted = missing > share * bound / max(int(np.count_nonzero(used > 1e-6)), 1)
-        if missing.sum() <= share * bound or not wanted.any() or monotonic() > limits.until:
+        wanted = missing > share * abs(bound) / max(int(np.count_nonzero(used > 1e-6)), 1)
+        if missing.sum() <= share * abs(bound) or not wanted.any() or monotonic() > limits.until:
             break
         model.add_tangents(t[wanted], at[wanted])
     return bound, prices
@@ -110,7 +111,6 @@ class ExactSearch:
         model: Model of a cell or of some of its robots, as it was built.
         limits: When to end; `gap` is that in true energy.
         report: Is told the best energy and the bound whenever one of them changes.
-        prices_w: Prices of time, where tangents are wanted from the beginning.
     """
 
     def __init__(

@@ -80,7 +80,8 @@ def solve_cell(
         time_limit_s: When the search ends with the best plan so far. [s]
         gap_percent: Proven gap at which it ends. [%]
         threads: Threads of the solver.
-        seed: Of random choices; equal seeds give equal plans where no time limit cuts.
+        seed: Of random choices; equal seeds give equal plans where no time limit cuts. The search of cells of more than
+            `SMALL` movements has limits of its own inside.
         progress: Hears whenever the best plan or the bound changes, and once before (`SearchProgress`).
         stop: Is asked now and then whether the search shall end with the best plan so far.
         executor: Runs the annealing of large cells from as many seeds as there are threads beside each other: any

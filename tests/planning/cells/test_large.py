@@ -209,6 +209,16 @@ def test_seeds_run_beside_each_other():
     assert found.status == "optimal"
 
 
+def test_a_stop_is_heard_by_runs_beside_each_other(annealer, numbers):
+    begun = monotonic()
+    with ThreadPoolExecutor(2) as executor:
+        limits = Limits(stop=lambda: monotonic() > begun + 0.5)
+        search = LargeSearch(numbers, limits, executor=executor, workers=2)
+        found = list(search._runs(annealer, 10**10, 1))
+    assert monotonic() - begun < 60
+    assert len(found) == 2 and all(is_whole(numbers, selection) for selection in found)
+
+
 def test_a_stop_ends_it_at_once():
     begun = monotonic()
     LargeSearch(Numbering(two_robots()), Limits(until=monotonic() + 100, stop=lambda: True)).run()
