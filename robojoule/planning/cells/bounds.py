@@ -26,7 +26,7 @@ from robojoule.planning.cells.linear import INF, Limits
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Numbering
 
-_SHARE = 1e-4  # of the objective that the tangents of the relaxation may miss: robots get their own ones later
+_SHARE = 5e-4  # of the objective that the tangents of the relaxation may miss: robots get their own ones later
 _OFFSETS_W = (-3.0, 0.0, 3.0)  # from a robot's price of time, at which it gets tangents
 _ROUNDS = 3
 
@@ -61,11 +61,10 @@ class PricedRobots:
         Returns:
             Its objective, a bound itself, minus infinity if there was no time for it [J]; a price for each of `rows`.
         """
-        bound, _ = cut_relaxation(self.joint, limits, _SHARE)
-        found = self.joint.program.solve(limits, relaxed=True)
-        if found.duals is None or found.status != "optimal":
-            return bound, np.zeros(len(self.rows))
-        return bound, found.duals[list(self.rows)]
+        found = cut_relaxation(self.joint, limits, _SHARE)
+        if found.duals is None:
+            return found.bound_j, np.zeros(len(self.rows))
+        return found.bound_j, found.duals[list(self.rows)]
 
     def price(self, prices: ArrayLike, limits: Limits) -> None:
         """Let robots pay, and relax them.
@@ -87,8 +86,9 @@ class PricedRobots:
                 for column, value in zip(mine[own].tolist(), cost[joint[own]].tolist(), strict=True):
                     robot.program.cost[column] = value
             self._robots[r] = robot
-            self.bounds_j[r], times_w = cut_relaxation(robot, limits)
-            add_price_tangents(robot, times_w, _OFFSETS_W)
+            found = cut_relaxation(robot, limits)
+            self.bounds_j[r] = found.bound_j
+            add_price_tangents(robot, found.prices_w, _OFFSETS_W)
 
     def solve(self, r: int, limits: Limits, tolerance_j: float) -> None:
         """Sharpen the bound of a robot by its integers.

@@ -36,7 +36,7 @@ FEWEST_ITERATIONS, STATICS_OF_FEWEST = 20_000, 40  # of the first run: so many f
 MOST_ITERATIONS = 8_000  # of the longest runs, for each static activity
 ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
-BOUND_S, RELAXATION_S = 60.0, 60.0
+BOUND_S, RELAXATION_S = 60.0, 120.0
 SHARE_OF_ANNEALING = 0.35  # of the time, at most
 REHEAT_J = (60.0, 100.0, 30.0)
 OFTEN, SELDOM = 4, 12  # turns with one neighbourhood: in cells of many robots they find less than annealing
@@ -152,7 +152,7 @@ class LargeSearch:
             turn += 1
             around = near.draw(rng, exhausted)
             selection, timing = self._plan()
-            if turn % 4 == 1 and next(tasks, None) is not None:
+            if turn % 3 == 1 and next(tasks, None) is not None:
                 continue
             if turn % every != every - 1 or around is None:
                 if self._affordable(self._most_iterations) < LEAST_ITERATIONS:

@@ -64,7 +64,7 @@ def test_it_is_one_at_any_prices(given, seed):
     assert -INF < robots.bound_j <= best(*given).energy_j * (1.0 + 1e-7)
 
 
-@pytest.mark.parametrize("cell", [two_robots(7.0), two_robots(9.0), with_lag(353.5)], ids=["7 s", "9 s", "long lag"])
+@pytest.mark.parametrize("cell", [two_robots(9.0), with_lag(353.5)], ids=["9 s", "long lag"])
 def test_it_is_below_the_optimum_by_trying_everything(cell):
     assert priced(cell).bound_j <= optimum_j(cell if cell.lags[0].length_s < 300.0 else with_lag(2.5)) * (1.0 + 1e-9)
 
