@@ -8,26 +8,23 @@ from dataclasses import dataclass
 
 from lark import Token, Tree
 
-from robojoule.errors import InputError
 from robojoule.formats.vendor.fanuc.labels import endless_labels, inside, label_of, plain_label, repeated_labels
 from robojoule.formats.vendor.fanuc.positions import Frames, Position
 from robojoule.formats.vendor.fanuc.registers import Registers, index_of
 from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
 from robojoule.formats.vendor.fanuc.zones import blend_of
 from robojoule.formats.vendor.lines import flaw_of, short
+from robojoule.formats.vendor.running import Leave, Running
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
     CycleStart,
-    Event,
     JointTarget,
     Kind,
     Load,
     Motion,
-    Note,
     PoseTarget,
     Speed,
-    Unknown,
     Wait,
 )
 
@@ -35,7 +32,6 @@ _TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _SECONDS = {"sec": 1.0, "msec": 1e-3}
 ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
 _DEEPEST_CALLS = 20
-MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
 # First words of instructions that move nothing; every other one may be a macro.
 _HARMLESS = {"ARC", "COL", "COLLISION", "ELSE", "ENDIF", "ENDFOR", "FORCE", "LOCK", "MESSAGE", "OFFSET", "PAYLOAD"}
@@ -61,27 +57,21 @@ class Amount:
     unit: str
 
 
-class _Leave(Exception):
-    """The program ends here."""
-
-
-class Machine:
+class Machine(Running):
     """Executes instructions and collects events."""
 
     def __init__(
         self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool, find: Find, depth: int = 0
     ) -> None:
+        super().__init__()
         self.find = find
         self.depth = depth
         self.positions = positions
         self.frames = Frames(beside)
         self.beside = beside
         self.moves_arm = moves_arm
-        self.events: list[Event] = []
-        self.notes: dict[tuple[int, str], Note] = {}
         self.amounts: dict[int, Amount] = {}
         self.registers = Registers()
-        self.steps = 0
         self.added: Instruction | None = None  # the remark that announces the wait of a plan
         self.labels: dict[str, int] = {}  # labels that were passed: number of motions before
         self.jumps: dict[str, list[int]] = {}  # conditional jumps that were met, by label: number of motions before
@@ -102,7 +92,7 @@ class Machine:
                 if isinstance(one, Instruction) and one.kind == "jump":
                     target = labels.get(label_of(one))
                     if target is None:
-                        self._unknown(one, f"{short(one.code)} leads nowhere")
+                        self.unknown(one.line.number, f"{short(one.code)} leads nowhere")
                         return
                     if target <= at or at in seen:
                         return
@@ -114,24 +104,11 @@ class Machine:
                 else:
                     self._one(one)
                 at += 1
-        except _Leave:
+        except Leave:
             pass
 
-    def note(self, one: Instruction, text: str) -> None:
-        """Report something about an instruction, once."""
-        self.notes.setdefault((one.line.number, text), Note(one.line.number, text))
-
-    def _unknown(self, one: Instruction, what: str, *, may_stand: bool = False) -> None:
-        self.events.append(Unknown(one.line.number, what, may_stand))
-
-    def _count(self, one: Instruction) -> None:
-        self.steps += 1
-        if self.steps > MOST_STEPS:
-            problem = f"the program does not end within {MOST_STEPS} steps"
-            raise InputError(problem, key=f"line {one.line.number}")
-
     def _one(self, one: Instruction | Block) -> None:
-        self._count(one.head if isinstance(one, Block) else one)
+        self.count((one.head if isinstance(one, Block) else one).line.number)
         if isinstance(one, Block):
             if one.head.kind == "for_":
                 self._for(one)
@@ -144,7 +121,7 @@ class Machine:
         elif one.kind == "wait":
             self._wait(one, one.tree, announced)
         elif one.kind == "end":
-            raise _Leave
+            raise Leave("program")
         else:
             rule = getattr(self, f"_{one.kind}", None)
             if rule is not None:
@@ -156,10 +133,12 @@ class Machine:
             self.added = one
         elif one.code and not is_remark(one.code) and not one.code.startswith("-"):
             if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
-                self._unknown(one, f"the motion is not understood{flaw_of(one.code)}: {short(one.code)}")
+                self.unknown(one.line.number, f"the motion is not understood{flaw_of(one.code)}: {short(one.code)}")
             else:
-                self._unknown(
-                    one, f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}", may_stand=True
+                self.unknown(
+                    one.line.number,
+                    f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}",
+                    may_stand=True,
                 )
 
     # Motions
@@ -179,7 +158,7 @@ class Machine:
             target, reason = None, "DEFAULT_GROUP leaves the robot out"
         share = next((word[3:] for word in words if word.startswith("ACC") and word[3:].isdigit()), "100")
         if share != "100":
-            self.note(one, f"ACC{share} is kept and not simulated: accelerations are those of the robot")
+            self.note(one.line.number, f"ACC{share} is kept and not simulated: accelerations are those of the robot")
         via = self._target(points[0], label)[0] if len(points) > 1 else None
         self.events.append(
             Motion(
@@ -196,7 +175,7 @@ class Machine:
             )
         )
         if "SKIP" in words:
-            self._unknown(one, f"the motion to {label} may be skipped")
+            self.unknown(one.line.number, f"the motion to {label} may be skipped")
 
     def _position(self, point: str) -> Position | None:
         """What section POS says of a point, if anything."""
@@ -281,7 +260,7 @@ class Machine:
         elif name == "P":
             self._unknown_position(str(target))
         elif name in _MODAL:
-            self.note(one, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
+            self.note(one.line.number, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
 
     def _unknown_position(self, point: str) -> None:
         number = self.registers.amount(inside(point))
@@ -295,7 +274,7 @@ class Machine:
         if first.upper().startswith("PAYLOAD["):
             self.events.append(Load(one.line.number, self.beside.payloads.get(inside(first)), short(one.code)))
         elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
-            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
+            self.unknown(one.line.number, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
 
     def _call(self, one: Instruction, tree: Node) -> None:
         name = next(str(token) for token in tree.children if isinstance(token, Token))
@@ -303,16 +282,16 @@ class Machine:
             return
         body = self.find(name) if self.depth < _DEEPEST_CALLS else None
         if body is None:
-            self._unknown(one, f"{name} is another program, it may move the robot", may_stand=True)
+            self.unknown(one.line.number, f"{name} is another program, it may move the robot", may_stand=True)
             return
         other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
         other.registers = self.registers
         other.run(body)
         waits = [event for event in other.events if isinstance(event, Wait)]
         if len(waits) < len(other.events):
-            self._unknown(one, f"{name}, beside this program, may move the robot", may_stand=True)
+            self.unknown(one.line.number, f"{name}, beside this program, may move the robot", may_stand=True)
             return
-        self.note(one, f"{name}, beside this program, moves nothing")
+        self.note(one.line.number, f"{name}, beside this program, moves nothing")
         self.events += [
             Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
         ]
@@ -325,19 +304,23 @@ class Machine:
         if endless:
             self.events.append(CycleStart(one.line.number))
         elif repeated or any(before < self.motions for before in self.jumps.get(name, [])):
-            self._unknown(one, f"{name} is reached from several places: the robot's position is not known behind it")
+            self.unknown(
+                one.line.number, f"{name} is reached from several places: the robot's position is not known behind it"
+            )
 
     def _branch(self, one: Instruction, tree: Node) -> None:
         tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
         code = short(one.code)
         if any(isinstance(token, Token) and token.type == "CALL" for token in tokens):
-            self._unknown(one, f"whether it runs is not known, it may move the robot: {code}", may_stand=True)
+            self.unknown(
+                one.line.number, f"whether it runs is not known, it may move the robot: {code}", may_stand=True
+            )
         for token in tokens:
             if isinstance(token, Token) and token.type == "LABEL":
                 if self.labels.get(name := plain_label(str(token))) == self.motions:  # goes round until it need not
                     self.events.append(Wait(one.code_start, one.line.number, None, code))
                 self.jumps.setdefault(name, []).append(self.motions)
-        self.note(one, f"whether it jumps is not known, it is taken not to: {code}")
+        self.note(one.line.number, f"whether it jumps is not known, it is taken not to: {code}")
 
     def _for(self, block: Block) -> None:
         tree = block.head.tree
@@ -359,7 +342,7 @@ class Machine:
         value = first
         while (value <= last) if step > 0.0 else (value >= last):
             self.registers.values[number] = value
-            self._count(block.head)
+            self.count(block.head.line.number)
             for one in block.body:
                 self._one(one)
             value += step
@@ -375,13 +358,8 @@ class Machine:
                 self.registers.values.clear()
                 if str(one.tree.children[0]).upper().startswith(("UFRAME", "UTOOL")):
                     self.frames.frame = self.frames.tool = None
-        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
-        if moves:
-            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
-        elif waits:
-            self.events.append(Wait(block.head.code_start, block.head.line.number, None, text))
-        else:
-            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
+        head = block.head
+        self.skipped(head.line.number, head.code_start, head.code, moves=moves, waits=waits)
 
 
 def _may_be_macro(one: Instruction) -> bool:

@@ -7,34 +7,24 @@ from collections.abc import Callable
 
 from lark import Tree
 
-from robojoule.errors import InputError
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, kind_of, within
-from robojoule.formats.vendor.lines import Line, flaw_of, short
-from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown, Wait
+from robojoule.formats.vendor.lines import Line, short
+from robojoule.formats.vendor.running import Leave, Running
+from robojoule.formats.vendor.trace import CycleStart
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
 
-MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 # Routines of the controller that move nothing.
 HARMLESS = {"SET_CD_PARAMS", "USE_CM_PRO_VALUES", "MSGNOTIFY", "MSGSTATE", "MSGQUIT", "PULSE", "ANIN", "CLEAR_KRLMSG"}
 HARMLESS |= {"CWRITE", "SWRITE", "LOAD_DATA", "SET_OPSTATE", "USERLOG", "RDOUT", "VARSTATE", "INITMSG"}
 
 
-class Leave(Exception):
-    """The end of a loop or a routine, found within it."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
-
-
-class Flow(ABC):
+class Flow(Running, ABC):
     """Runs lines and blocks and collects events."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.variables = Variables()
-        self.events: list[Event] = []
-        self.notes: dict[tuple[int, str], Note] = {}
-        self.steps = 0
         self.in_cycle = False
         self.still: frozenset[str] = frozenset()
 
@@ -46,24 +36,14 @@ class Flow(ABC):
     def set_speed(self, value: Value) -> None:
         """Set the speed of all axes."""
 
-    def note(self, line: Line, text: str) -> None:
-        """Report something about a line, once."""
-        self.notes.setdefault((line.number, text), Note(line.number, text))
-
     def run_body(self, body: list[Line | Block]) -> None:
         """Run lines and blocks in order."""
         for one in body:
-            self.steps += 1
-            if self.steps > MOST_STEPS:
-                raise InputError(f"the program does not end within {MOST_STEPS} steps", key=f"line {_number(one)}")
+            self.count(one.head.number if isinstance(one, Block) else one.number)
             if isinstance(one, Block):
                 self._block(one)
             else:
                 self.step(one)
-
-    def unknown(self, line: Line, what: str, *, may_stand: bool = False) -> None:
-        """The robot may be anywhere from here on."""
-        self.events.append(Unknown(line.number, what, may_stand))
 
     def _block(self, block: Block) -> None:
         if block.head.tree is None:
@@ -146,7 +126,7 @@ class Flow(ABC):
             if condition is True:
                 return
             if condition is not False:
-                self.unknown(block.foot, f"how often the loop runs is not known: {short(block.foot.code)}")
+                self.unknown(block.foot.number, f"how often the loop runs is not known: {short(block.foot.code)}")
                 return
 
     def _loop_block(self, block: Block) -> None:
@@ -164,7 +144,7 @@ class Flow(ABC):
 
     def _pass(self, block: Block) -> bool:
         """Run a loop's body once; false: it has left the loop."""
-        self.steps += 1
+        self.count(block.head.number)
         try:
             self.run_body(block.body)
         except Leave as leave:
@@ -188,14 +168,5 @@ class Flow(ABC):
                 if name == "BAS":
                     self.set_speed(UNKNOWN)
             moves |= line.kind in ("motion", "goto", "exit", "return_")
-        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
-        if moves:
-            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
-        elif waits:
-            self.events.append(Wait(block.head.code_start, block.head.number, None, text))
-        else:
-            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
-
-
-def _number(one: Line | Block) -> int:
-    return one.head.number if isinstance(one, Block) else one.number
+        head = block.head
+        self.skipped(head.number, head.code_start, head.code, moves=moves, waits=waits)

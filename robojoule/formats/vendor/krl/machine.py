@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
+from robojoule.formats.vendor.krl.flow import HARMLESS, Flow
 from robojoule.formats.vendor.krl.syntax import Routine
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
-    ASSUMED_BLEND,
     Frames,
     blend_of,
     path_speed_of,
@@ -21,6 +20,7 @@ from robojoule.formats.vendor.krl.targets import (
     target_of,
 )
 from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, short
+from robojoule.formats.vendor.running import Leave
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
@@ -88,14 +88,11 @@ class Machine(Flow):
         self.executions: list[Executed] = []
         self.sets = 0
         self.continues = False
-        self.calls: list[str] = []
         self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
         for line in data:
             if line.kind in ("declaration", "assignment"):
                 self.step(line)
-            elif line.code and line.tree is None:
-                continue
 
     def run(self, routine: Routine) -> None:
         """Run a routine from its beginning."""
@@ -132,15 +129,15 @@ class Machine(Flow):
         elif line.kind == "halt":
             self.events.append(Wait(line.code_start, line.number, None, "HALT"))
         elif line.kind == "goto":
-            self.unknown(line, "GOTO is not followed")
+            self.unknown(line.number, "GOTO is not followed")
             raise Leave("routine")
 
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code).upper()
         if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
-            self.unknown(line, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
+            self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
-            self.note(line, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
+            self.note(line.number, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions
 
@@ -184,8 +181,7 @@ class Machine(Flow):
                 setting.data.add(data["VEL"])
         words = [str(one).upper() for one in tree.children if isinstance(one, Token) and one.type == "BLEND"]
         blend = blend_of(words, is_joint=is_joint, told=told, variables=self.variables)
-        if blend is ASSUMED_BLEND:
-            self.note(line, "the program does not say how far its zone reaches: taken as half of the way")
+        self.note_zone(line.number, blend)
         motion = Motion(
             statement=line.code_start,
             line=line.number,
@@ -275,7 +271,7 @@ class Machine(Flow):
         is_full = number(value) == _FULL_PERCENT
         if name in NOT_SIMULATED and path != ("$ACC", "CP") and not is_full and name not in self.told:
             self.told.add(name)
-            self.note(line, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
+            self.note(line.number, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
 
     def _frame(self, root: str, expression: Node | Token, value: Value, line: Line) -> None:
         path = (
@@ -322,8 +318,7 @@ class Machine(Flow):
         if name == "BAS":
             self._bas(line, nodes)
         elif name in self.routines:
-            if name in self.calls:
-                self.unknown(line, f"{name} calls itself")
+            if not self.may_call(line.number, name):
                 return
             routine = self.routines[name]
             for parameter, node in zip(routine.parameters, nodes, strict=False):
@@ -331,7 +326,7 @@ class Machine(Flow):
             self.run(routine)
         elif name not in HARMLESS and name not in self.still:
             self.calls_elsewhere = True
-            self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
+            self.unknown(line.number, f"{name}() is not in this file, it may move the robot", may_stand=True)
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""

@@ -11,6 +11,7 @@ from robojoule.formats.vendor.krl.geometry import frame_of
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, PoseTarget, Speed
 from robojoule.formats.vendor.values import Number, Value, number, numbers
+from robojoule.formats.vendor.zones import ASSUMED_BLEND
 from robojoule.robots.arm_configuration import StatusAndTurn
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
@@ -18,8 +19,6 @@ from robojoule.robots.robot import Payload
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
 APO_MODE = ("$APO", "MODE")  # whether the distance of motion data is one in mm, kept beside the distances
-DEFAULT_BLEND_SHARE = 1.0  # where the program does not say how far a zone reaches; told
-ASSUMED_BLEND = Blend(share=DEFAULT_BLEND_SHARE)
 
 
 class Frames:
