@@ -32,6 +32,7 @@ ACTIONS = {
     "in a block": ("R[1]=3", ["IF (DI[1]) THEN", "R[1]=2", "ENDIF", "FOR R[2]=1 TO R[1]", FIRST, "ENDFOR"]),
     "of a loop": ("R[1]=3", ["FOR R[1]=1 TO GI[1]", "ENDFOR", "FOR R[2]=1 TO R[1]", FIRST, "ENDFOR"]),
     "by a program beside": ("R[1]=3", ["IF DI[1]=ON,CALL SETS", "FOR R[2]=1 TO R[1]", FIRST, "ENDFOR"]),
+    "by one on the way": ("R[1]=3", ["J P[2] 100% FINE TB .10sec,CALL SETS", "FOR R[2]=1 TO R[1]", FIRST, "ENDFOR"]),
     "by one in a block": ("R[1]=3", ["IF (DI[1]) THEN", "CALL SETS", "ENDIF", "FOR R[2]=1 TO R[1]", FIRST, "ENDFOR"]),
 }
 
@@ -41,7 +42,7 @@ def test_a_register_that_is_set_or_not_is_not_known(tmp_path, name):
     written(tmp_path, listing(["R[1]=2"], {}), "sets.ls")
     before, body = ACTIONS[name]
     found, notes = traced(tmp_path, [FIRST, before, *body])
-    assert sum(isinstance(one, Motion) for one in found) == 1
+    assert sum(isinstance(one, Motion) for one in found) == (2 if "way" in name else 1)
     assert isinstance(found[-1], Unknown)
     assert not any("taken not to" in note for note in notes)
 

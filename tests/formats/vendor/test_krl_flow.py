@@ -96,6 +96,13 @@ def test_a_counted_loop_within_the_cycle_is_counted_out(tmp_path):
     assert axes(found) == [1, 2, 3, 0] and kinds(found)[0] is CycleStart
 
 
+def test_what_may_leave_a_loop_within_does_not_leave_the_one_around_it(tmp_path):
+    inner = f"FOR I=1 TO 2\n{go(1)}IF $IN[1] THEN\nEXIT\nENDIF\nENDFOR\n"
+    body = f"INT I\nLOOP\nLOOP\n{inner}sub()\n{go(2)}ENDLOOP\n{go(9)}ENDLOOP{SUB}IF $IN[2] THEN\nRETURN\nENDIF\n"
+    found, _ = traced(tmp_path, f"DEF main( )\n{body}END\n")
+    assert axes(found) == [1, 1, 2] and isinstance(found[0], CycleStart)
+
+
 def test_what_a_loop_without_a_known_end_sets_is_not_known_behind_it(tmp_path):
     found, _ = traced(tmp_path, "INT I\nI=0\nREPEAT\nI=I+1\nUNTIL $IN[1]\nPTP {A1 I}")
     assert axes(found) == [None]

@@ -179,6 +179,7 @@ class Machine(Running):
                 tool=self.frames.tool_of(self._position(points[-1])),
             )
         )
+        self._forget_all(one, [one])  # by what it calls on its way
         if "SKIP" in words:
             self.unknown(one.line.number, f"the motion to {label} may be skipped")
 

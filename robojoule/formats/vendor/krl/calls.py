@@ -42,6 +42,7 @@ class Calls(Flow):
     def _routine(self, routine: Routine) -> None:
         """Run a routine; only the end of the program goes on to its caller."""
         self.calls.append(routine.name)
+        outer = self.may_have_left
         try:
             self.run_body(routine.body)
         except Leave as leave:
@@ -49,6 +50,7 @@ class Calls(Flow):
                 raise
         finally:
             self.calls.pop()
+            self.may_have_left = outer
 
     def call_functions(self, line: Line) -> None:
         """See `Flow`."""

@@ -113,7 +113,7 @@ class Flow(Running, ABC):
         value = first
         while (value <= last) if step > 0.0 else (value >= last):
             self.variables.set(path, Number(value, None, value.is_integer()))
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             value += step
         self.variables.forget(root_of(target))  # what a controller leaves in the counter is not published
@@ -124,7 +124,7 @@ class Flow(Running, ABC):
             self._loop_block(block)
             return
         while condition is True:
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             condition = self._condition(block.head)
         if condition is not False:
@@ -135,7 +135,7 @@ class Flow(Running, ABC):
             self._skip(block)
             return
         while True:
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             condition = self._condition(block.foot)
             if condition is True:
@@ -194,6 +194,14 @@ class Flow(Running, ABC):
     @abstractmethod
     def _spline_block(self, block: Block) -> None:
         """Motions without a stop between them."""
+
+    def _inner_pass(self, block: Block) -> bool:
+        """A pass of a loop that has an end: what may leave it does not leave the loop around it."""
+        outer = self.may_have_left
+        try:
+            return self._pass(block)
+        finally:
+            self.may_have_left = outer
 
     def _pass(self, block: Block) -> bool:
         """Run a loop's body once; false: it has left the loop."""
