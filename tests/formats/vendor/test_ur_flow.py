@@ -152,7 +152,10 @@ def test_a_radius_that_nobody_knows_is_assumed_and_told(tmp_path):
 
 
 def test_a_function_that_others_call_is_not_the_program(tmp_path):
-    helper, program = f"def open_g():\n  movej({C})\nend\n", f"def main():\n  movej({A})\n  open_g()\n  movej({B})\nend\n"
+    helper, program = (
+        f"def open_g():\n  movej({C})\nend\n",
+        f"def main():\n  movej({A})\n  open_g()\n  movej({B})\nend\n",
+    )
     events, notes = traced(tmp_path, helper + program)
     assert order(events) == "ACB"
     assert notes == [
