@@ -60,7 +60,7 @@ def services(layout: Layout) -> list[Service]:
             [*python, *f"prefect worker start --pool {POOL} --type process --name desk --with-healthcheck".split()],
             environment=environment,
             health=f"{worker_address()}/health",
-            grace_s=90.0,
+            grace_s=40.0,
         ),
         service("inbox-watch", [*python, "flows.inbox"], environment=environment),
     ]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 from reproduction.config import Params, load_params
 from reproduction.layout import Layout
 from reproduction.methods.three_segment_profile import ThreeSegmentShape
-from reproduction.report.gallery import draw_all, write_pictures
+from reproduction.parts import Parts
+from reproduction.report.gallery import draw_in_parts, write_pictures
 from reproduction.report.merge import headline, merged_metrics
 from reproduction.report.page import report_html
 from reproduction.report.results import Results
@@ -21,10 +24,8 @@ def draw_figures(params: Params, layout: Layout) -> None:
     shape = ThreeSegmentShape(**params.evaluate_plans.three_segment.model_dump())
     results = Results(layout, params.robot.robot(), shape)
     metrics = merged_metrics(layout.metrics_dir)
-    pictures = []
-    for picture in draw_all(results, style):
-        pictures.append(picture)
-        progress(picture.entry.name)
+    pictures = draw_in_parts(results, style, Parts(workers=os.cpu_count() or 1))
+    progress(f"{len(pictures)} figures")
     page = report_html(results, pictures, metrics)
     # Nothing is written before everything is drawn: a missing result leaves the last report as it was.
     write_pictures(pictures, layout.figures_dir)

@@ -38,22 +38,34 @@ os.environ.update(
 EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
 
 
-OPERATIONS = (
-    "tests/chaos/",
-    "tests/test_dvc_use.py",
-    *(f"tests/flows/test_{name}.py" for name in ("clusters", "desk", "events", "measurements", "schedule", "team")),
-)
+# What starts servers and kills runs, by who shares it: each takes about a third of the time of all.
+GROUPS = {
+    "services": tuple(f"tests/flows/test_{name}.py" for name in ("schedule", "events", "desk", "team")),
+    "kills": (
+        "tests/chaos/",
+        "tests/test_dvc_use.py",
+        "tests/flows/test_clusters.py",
+        "tests/flows/test_measurements.py",
+    ),
+}
+LONGEST = (*GROUPS, "pipeline")
 
 
 @cache
 def worker_group(file: str) -> str:
     """Tests of one group run in one worker: those of a file, and all of the files that need an expensive fixture.
 
-    The latter are two groups, so that what starts servers and kills runs takes another worker than the rest.
+    The latter are some groups, so that workers share them.
     """
     if not EXPENSIVE.search((ROOT / file).read_text(encoding="utf-8")):
         return file
-    return "operations" if file.startswith(OPERATIONS) else "pipeline"
+    return next((name for name, files in GROUPS.items() if file.startswith(files)), "pipeline")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One worker more than processors: tests of servers wait for most of their time."""
+    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -70,7 +82,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The groups that take the longest come first."""
-    items.sort(key=lambda item: worker_group(os.path.relpath(item.path, ROOT)) not in ("operations", "pipeline"))
+
+    def place(item: pytest.Item) -> int:
+        group = worker_group(os.path.relpath(item.path, ROOT))
+        return LONGEST.index(group) if group in LONGEST else len(LONGEST)
+
+    items.sort(key=place)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -16,13 +16,15 @@ pytestmark = pytest.mark.skipif(not stages.SAME_BYTES, reason="the committed byt
 
 # What the environment of a caller may say; kernels of the same name in other generations of processors are one.
 CALLERS = {
-    "Zen": {"OPENBLAS_CORETYPE": "Zen", "OPENBLAS_NUM_THREADS": "2"},
-    "Sandybridge": {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": "X86_V3"},
-    "Nehalem": {"OPENBLAS_CORETYPE": "Nehalem", "NPY_ENABLE_CPU_FEATURES": "X86_V3"},
+    "Sandybridge": {
+        "OPENBLAS_CORETYPE": "Sandybridge",
+        "OPENBLAS_NUM_THREADS": "2",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3",
+    },
     "Prescott": {"OPENBLAS_CORETYPE": "Prescott", "ARROW_USER_SIMD_LEVEL": "SSE4_2"},
 }
 if "avx512bw" in (Path("/proc/cpuinfo").read_text() if stages.SAME_BYTES else "").split():
-    CALLERS["SkylakeX"] = {"OPENBLAS_CORETYPE": "SkylakeX"}
+    CALLERS["SkylakeX"] = {"OPENBLAS_CORETYPE": "SkylakeX", "NPY_ENABLE_CPU_FEATURES": "X86_V3"}
 SAY_KERNELS = """
 import hashlib, numpy as np, pyarrow, scipy.linalg, threadpoolctl
 values = np.random.default_rng(0).normal(size=(64, 64))

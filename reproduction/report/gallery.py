@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from reproduction.layout import Layout
+from reproduction.methods.three_segment_profile import ThreeSegmentShape
+from reproduction.parts import Parts
 from reproduction.report import (
     closed_loop_figure,
     energy_figures,
@@ -20,6 +23,7 @@ from reproduction.report.drawing import Drawing
 from reproduction.report.results import Results
 from robojoule.documents import write_text
 from robojoule.plots.style import Style, svg_text
+from robojoule.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,32 @@ def draw_all(results: Results, style: Style, entries: tuple[Entry, ...] = ENTRIE
             if drawing is None:
                 continue
             yield Picture(entry, svg_text(drawing.figure), drawing.caption, drawing.alt)
+
+
+def draw_in_parts(results: Results, style: Style, parts: Parts) -> list[Picture]:
+    """Draw all figures, in as many parts as there are processes; the pictures do not depend on how many.
+
+    Args:
+        results: Results of the stages.
+        style: Look.
+        parts: Where they are drawn.
+
+    Returns:
+        Pictures in the order of `ENTRIES`.
+
+    Raises:
+        InputError: As for `draw_all`.
+    """
+    shares = [ENTRIES[first :: parts.workers] for first in range(parts.workers)]
+    tasks = [(results.layout, results.robot, results.shape, style, share) for share in shares if share]
+    drawn = {picture.entry.name: picture for share in parts.map(_drawn, tasks) for picture in share}
+    return [drawn[entry.name] for entry in ENTRIES if entry.name in drawn]
+
+
+def _drawn(
+    layout: Layout, robot: Robot, shape: ThreeSegmentShape, style: Style, entries: tuple[Entry, ...]
+) -> list[Picture]:
+    return list(draw_all(Results(layout, robot, shape), style, entries))
 
 
 def write_pictures(pictures: Sequence[Picture], folder: Path) -> None:

@@ -75,6 +75,7 @@ def program_and_robot_of(
     """The program that the arguments name, as the robot executes it that they or it name; none only if not needed."""
     from robojoule.formats.program import load_program
 
+    check_beside(arguments, arguments.program)
     program = load_program(arguments.program, beside=_beside_of(arguments))
     if arguments.angles is not None:
         program = program.counted_as(arguments.angles)
@@ -82,6 +83,22 @@ def program_and_robot_of(
         return program, None
     robot = robot_of(arguments, program)
     return program.for_robot(robot), robot
+
+
+def check_beside(arguments: argparse.Namespace, path: Path | None) -> None:
+    """Refuse what stands in the controller, unless it goes with a program in a robot's own language.
+
+    Raises:
+        InputError: There is another program, or none; names the option.
+    """
+    from robojoule.formats.program import NOT_BESIDE
+    from robojoule.formats.registry import format_of
+    from robojoule.formats.vendor.files import VendorFiles
+
+    options = {name: getattr(arguments, name) for name in ("tool", "base", "wait", "controller_data")}
+    given = [f"--{name.replace('_', '-')}" for name, value in options.items() if value not in (None, [])]
+    if given and (path is None or not isinstance(format_of(path), VendorFiles)):
+        raise InputError(NOT_BESIDE, file=path, key=given[0], allowed="KUKA .src, FANUC .ls, ABB .mod, UR .script")
 
 
 def _beside_of(arguments: argparse.Namespace) -> Beside:
@@ -351,18 +368,20 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
 
     Args:
         arguments: Parsed arguments.
-        inputs: Names of those that are files to read.
+        inputs: Names of those that are files to read; the controller's data always are.
         outputs: Names of those that are files to write, with the suffixes that each may have.
 
     Raises:
-        InputError: A wrong suffix, a missing folder or package, or a file that is read or written by another argument.
+        InputError: A wrong suffix, a missing folder or package, a file that is read or written by another argument, or
+            one that is there and would be replaced unasked.
     """
-    read = {name: [as_path(path, name)] for name in inputs if (path := getattr(arguments, name)) is not None}
+    all_read = [*inputs, *(name for name in ("controller_data",) if hasattr(arguments, name))]
+    read = {name: [as_path(path, name)] for name in all_read if (path := getattr(arguments, name)) is not None}
     if read.get("robot", [Path()])[0].suffix.lower() == ".urdf":  # its drive file is read, too
         from robojoule.robots.urdf import DRIVE_FILE_SUFFIXES
 
         read["robot"] += [read["robot"][0].with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
-    taken = [(path, f"the {name}") for name, paths in read.items() for path in paths]
+    taken = [(path, f"the {name.replace('_', ' ')}") for name, paths in read.items() for path in paths]
     for name, suffixes in outputs.items():
         if (text := getattr(arguments, name)) is None:
             continue
@@ -370,12 +389,23 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
         if path.suffix.lower() not in suffixes:
             raise InputError(f"unknown file type {shown(path.suffix)}", key=option, allowed=", ".join(suffixes))
         check_output(path, option)
+        _check_companions(path, option)
         for other, what in taken:
             if _is_same(path, other):
                 raise InputError(f"this is {what} itself", file=path, key=option, allowed="another file")
         taken.append((path, f"the file of {option}"))
         if name == "plot":
             require_package("matplotlib", "plot", option)
+
+
+def _check_companions(path: Path, option: str) -> None:
+    """Refuse a program to write with which another file that is there would be replaced."""
+    from robojoule.formats.registry import FORMATS
+    from robojoule.formats.vendor.files import VendorFiles
+
+    for found in FORMATS:
+        if isinstance(found, VendorFiles) and path.suffix.lower() in found.suffixes:
+            found.check_companions(path, found.companions, option)
 
 
 def _is_same(path: Path, other: Path) -> bool:

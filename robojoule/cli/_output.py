@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -63,9 +64,11 @@ def show_diff(result: dict[str, Any]) -> None:
 
 def show_written(result: dict[str, Any], *names: str) -> None:
     """Print the files that were written, each under the name of its option."""
+    from robojoule.formats.registry import companions_of
+
     for name in names:
         if result.get(name):
-            print(f"written to {result[name]}")
+            print(f"written to {' and '.join([result[name], *map(str, companions_of(Path(result[name])))])}")
 
 
 def show_outlook(result: dict[str, Any]) -> None:

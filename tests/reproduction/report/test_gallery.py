@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from reproduction.report.gallery import ENTRIES, Picture, draw_all
+from reproduction.parts import Parts
+from reproduction.report.gallery import ENTRIES, Picture, draw_all, draw_in_parts
 from reproduction.report.results import Results
 from robojoule.errors import InputError
 from robojoule.plots.style import Style
@@ -36,6 +37,13 @@ def test_all_are_drawn(pictures: dict[str, Picture]):
         assert any(mark in picture.svg for mark in MARKS)
         assert len(picture.caption) > 40 and len(picture.alt) > 40
         assert not re.search(r"\bnan\b|\bNone\b", picture.caption + picture.alt), picture.caption
+
+
+def test_pictures_do_not_depend_on_the_number_of_processes(toy_results: Results, pictures: dict[str, Picture]):
+    found = {picture.entry.name: picture for picture in draw_in_parts(toy_results, Style(), Parts(workers=3))}
+    assert list(found) == list(pictures)
+    assert [name for name, one in found.items() if one.svg != pictures[name].svg] == []
+    assert [one.caption for one in found.values()] == [one.caption for one in pictures.values()]
 
 
 def test_style_reaches_the_figures(toy_results: Results, pictures: dict[str, Picture]):

@@ -91,12 +91,17 @@ def test_a_log_a_drift_and_a_failure(
     assert json.loads(taken["data"]) == [{"log": "monday.csv", "outcome": "accepted"}]
     assert runs.get(taken["flow_run_id"])["created_by"]["type"] == "AUTOMATION"
 
-    # Somebody asks for another robot; it runs beside what follows.
+    # Somebody asks for another robot. Meanwhile the server is killed and started again; the run and its worker wait.
     words = ["-p", 'robot="ur_ur10e"', "-p", "payload_kg=5", "-p", "trees=5"]
     other = runs.start(project, "pipeline-on-demand/pipeline-on-demand", *words)
+    wait_for("a stage", lambda: bool(_clones_with_stages(project)), PATIENCE_S)
+    before = processes(project)
+    os.kill(before["prefect-server"], signal.SIGKILL)
+    wait_for("its end", lambda: "was killed" in desk_status(project), PATIENCE_S)
+    desk(project, "up")
+    assert {name for name, pid in processes(project).items() if pid != before[name]} == {"prefect-server"}
 
-    # A night over a table that somebody changed: it says which one, to file and network. Meanwhile the server
-    # is killed and started again; the run and its worker wait for it.
+    # A night over a table that somebody changed: it says which one, to file and network.
     table = project / "reports/tables/table_6_1.csv"
     table.chmod(0o644)
     text = table.read_text(encoding="utf-8")
@@ -104,12 +109,6 @@ def test_a_log_a_drift_and_a_failure(
     table.write_text(text.replace("110,", "111,", 1), encoding="utf-8")
     commit(project)
     asked = runs.start(project, "pipeline-nightly/pipeline-nightly")
-    wait_for("stages of both", lambda: len(_clones_with_stages(project)) == 2, PATIENCE_S)
-    before = processes(project)
-    os.kill(before["prefect-server"], signal.SIGKILL)
-    wait_for("its end", lambda: "was killed" in desk_status(project), PATIENCE_S)
-    desk(project, "up")
-    assert {name for name, pid in processes(project).items() if pid != before[name]} == {"prefect-server"}
     night = runs.wait(asked, "FAILED", "COMPLETED", "CRASHED")
     assert night["state"]["type"] == "FAILED" and "differ from the committed" in night["state"]["message"], night[
         "state"
