@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from robojoule.cli._controller import beside_of, check_beside
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
 from robojoule.inputs import as_path, number_of, shown
@@ -16,10 +16,8 @@ from robojoule.inputs import as_path, number_of, shown
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
-    from robojoule.formats.vendor.trace import Beside
     from robojoule.planning.pareto import TradeOff
     from robojoule.planning.plan import Plan
-    from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
 
@@ -76,49 +74,13 @@ def program_and_robot_of(
     from robojoule.formats.program import load_program
 
     check_beside(arguments, arguments.program)
-    program = load_program(arguments.program, beside=_beside_of(arguments))
+    program = load_program(arguments.program, beside=beside_of(arguments))
     if arguments.angles is not None:
         program = program.counted_as(arguments.angles)
     if not needs_robot and arguments.robot is None and program.robot is None:
         return program, None
     robot = robot_of(arguments, program)
     return program.for_robot(robot), robot
-
-
-def check_beside(arguments: argparse.Namespace, path: Path | None) -> None:
-    """Refuse what stands in the controller, unless it goes with a program in a robot's own language.
-
-    Raises:
-        InputError: There is another program, or none; names the option.
-    """
-    from robojoule.formats.program import NOT_BESIDE
-    from robojoule.formats.registry import format_of
-    from robojoule.formats.vendor.files import VendorFiles
-
-    options = {name: getattr(arguments, name) for name in ("tool", "base", "wait", "controller_data")}
-    given = [f"--{name.replace('_', '-')}" for name, value in options.items() if value not in (None, [])]
-    if given and (path is None or not isinstance(format_of(path), VendorFiles)):
-        raise InputError(NOT_BESIDE, file=path, key=given[0], allowed="KUKA .src, FANUC .ls, ABB .mod, UR .script")
-
-
-def _beside_of(arguments: argparse.Namespace) -> Beside:
-    """What is given beside a program's file; options overrule the file of the controller's data."""
-    from robojoule.formats.vendor.controller_data import frame, read_controller_data, wait_of
-    from robojoule.formats.vendor.trace import Beside
-
-    beside = Beside() if arguments.controller_data is None else read_controller_data(arguments.controller_data)
-    frames: dict[str, Placement | None] = {"tool": None, "base": None}
-    for name in frames:
-        if (given := getattr(arguments, name)) is not None:
-            try:
-                frames[name] = frame(*given)
-            except InputError as error:
-                raise InputError(error.problem, key=f"--{name}", allowed=error.allowed) from None
-    try:
-        waits = dict(wait_of(text) for text in arguments.wait)
-    except InputError as error:
-        raise InputError(error.problem, key="--wait", allowed=error.allowed) from None
-    return replace(beside, waits_s={**beside.waits_s, **waits}, tool=frames["tool"], base=frames["base"])
 
 
 def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:

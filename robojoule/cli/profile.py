@@ -11,7 +11,6 @@ from robojoule.cli._arguments import (
     add_program,
     add_robot,
     add_runs,
-    check_beside,
     check_outputs,
     joints_of,
     numbers,
@@ -19,6 +18,7 @@ from robojoule.cli._arguments import (
     robot_of,
     whole_number,
 )
+from robojoule.cli._controller import check_beside
 from robojoule.cli._models import model_folder
 from robojoule.errors import InputError
 

@@ -147,7 +147,7 @@ def test_the_controllers_data_are_not_written_over(tmp_path, capsys, words):
 
 
 NAMES = {
-    "while.src": ("DEF while_2( )", "'while' is no name for it"),
+    "while.src": ("DEF while_2( )", "'while' cannot be its name"),
     "Bas.src": ("DEF Bas_2( )", "the program is called Bas_2"),
     "my-part.src": ("DEF my_part( )", "the program is called my_part"),
     "con.ls": ("/PROG  CON_2", "the program is called con_2"),

@@ -196,7 +196,7 @@ def identifiers(names: list[str], longest: int, taken: tuple[str, ...] = ()) -> 
 def renamed(stem: str, program: str) -> Iterator[str]:
     """What to know where a program cannot have the name of its file."""
     if program.upper() != stem.upper():
-        yield f"the program is called {program}, as its file must be on the controller: '{stem}' is no name for it"
+        yield f"the program is called {program}, as its file must be on the controller: '{stem}' cannot be its name"
 
 
 def degrees_text(positions: list[tuple[float, ...]]) -> list[list[str]]:

@@ -14,7 +14,7 @@ Find = Callable[[str], Sequence[Instruction | Block] | None]
 DEEPEST_CALLS = 20  # of programs beside each other
 
 
-def changes(body: Sequence[Instruction | Block], find: Find, names: frozenset[str] = frozenset()) -> Iterator[str]:
+def changed_by(body: Sequence[Instruction | Block], find: Find, names: frozenset[str] = frozenset()) -> Iterator[str]:
     """What instructions, and the programs beside that they call, may set: R[1], P[2], UTOOL_NUM, PAYLOAD[1] ...
 
     Args:
@@ -33,7 +33,7 @@ def changes(body: Sequence[Instruction | Block], find: Find, names: frozenset[st
             continue
         called = called_by(one, tokens)
         if called and called not in names and len(names) < DEEPEST_CALLS:
-            yield from changes(find(called) or [], find, names | {called})
+            yield from changed_by(find(called) or [], find, names | {called})
 
 
 def action_of(branch: Instruction) -> list[Token]:

@@ -13,7 +13,7 @@ from robojoule.formats.vendor.fanuc.changes import (
     Find,
     action_of,
     assigns,
-    changes,
+    changed_by,
     is_payload,
 )
 from robojoule.formats.vendor.fanuc.labels import endless_labels, inside, label_of, plain_label, repeated_labels
@@ -279,7 +279,7 @@ class Machine(Running):
 
     def _forget_all(self, one: Instruction, body: Sequence[Instruction | Block]) -> None:
         """What instructions set that run or not, nobody knows; `one` decides."""
-        for target in changes(body, self.find):
+        for target in changed_by(body, self.find):
             if target.upper().startswith("PAYLOAD["):
                 self.events.append(Load(one.line.number, None, short(one.code)))
             else:

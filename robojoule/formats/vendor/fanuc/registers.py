@@ -14,8 +14,8 @@ class Registers:
 
     Attributes:
         values: Values of registers R[n] by their numbers.
-        overwritten: Names of position registers and frames, as in "PR[1]", whose figures are no longer those that are
-            given beside the program; without a number, all of them.
+        overwritten: Names of position registers and frames, as in "PR[1]", to which the program has given other figures
+            than those that are given beside it; without a number, all of them.
     """
 
     values: dict[int, float] = field(default_factory=dict)

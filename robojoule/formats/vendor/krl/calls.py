@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from lark import Token
 
-from robojoule.formats.vendor.krl.changes import HARMLESS, calls_of, changes, handed_over, name_of
+from robojoule.formats.vendor.krl.changes import HARMLESS, calls_of, changed_by, handed_over, name_of
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.flow import Flow
 from robojoule.formats.vendor.krl.syntax import Routine, within
@@ -82,7 +82,7 @@ class Calls(Flow):
     def _own(self, line: Line, routine: Routine, arguments: list[Node]) -> Value:
         """Run a routine of the file in its place, with names of its own."""
         if not self.may_call(line.number, routine.name):
-            for root in sorted(changes(within(routine.body), self.routines) - routine.own):
+            for root in sorted(changed_by(within(routine.body), self.routines) - routine.own):
                 self.forget(root, line)
             return UNKNOWN
         values = self.variables.values

@@ -52,7 +52,7 @@ def name_of(call: Node) -> str:
     return str(call.children[0]).upper()
 
 
-def changes(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozenset[str]:
+def changed_by(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozenset[str]:
     """Names of variables that lines, and the routines of the file that they call, may set.
 
     Args:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from lark import Tree
 
-from robojoule.formats.vendor.krl.changes import changes, may_move, may_wait
+from robojoule.formats.vendor.krl.changes import changed_by, may_move, may_wait
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, Routine, kind_of, leaves_loop, within
 from robojoule.formats.vendor.lines import Line, short
@@ -141,7 +141,7 @@ class Flow(Running, ABC):
             if condition is True:
                 return
             if condition is not False:
-                for name in sorted(changes(block.lines(), self.routines)):
+                for name in sorted(changed_by(block.lines(), self.routines)):
                     self.forget(name, block.head)
                 what = f"how often the loop runs is not known: {short(block.foot.code)}"
                 self.unknown(block.foot.number, what)
@@ -217,7 +217,7 @@ class Flow(Running, ABC):
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
         head, lines = block.head, list(within([block]))
-        for name in sorted(changes(lines, self.routines)):
+        for name in sorted(changed_by(lines, self.routines)):
             self.forget(name, head)
         leaves = leaves_loop([block])
         self.may_have_left |= leaves
