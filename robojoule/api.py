@@ -16,12 +16,12 @@ from robojoule.checks import (
     adjustable_tree,
     check_trial,
     checked_batch,
+    checked_kind,
     checked_runs,
     checked_step,
     known_program,
     model_program,
     moving_batch,
-    with_timing,
 )
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
@@ -33,6 +33,7 @@ from robojoule.page.report import Report, report_of
 from robojoule.planning.adjustment import adjusted
 from robojoule.planning.cycle_run import CycleRun, cycle_warnings, simulate_trees
 from robojoule.planning.guard import Guard
+from robojoule.planning.learnt_timing import with_learnt_timing
 from robojoule.planning.optimization import Profiles, Wish, checked_profiles, planned, planned_on_runs, trade_off
 from robojoule.planning.pareto import TradeOff
 from robojoule.planning.path_checks import collision_warnings
@@ -117,12 +118,14 @@ def optimize(
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=cautious, with_model=model is not None)
     wish = Wish(cycle_time, reserve, step_percent, source, cautious, guard.peak_power_w, _predictor(model))
     known = None if runs is None else checked_runs(runs, program)
+    doubts: tuple[str, ...] = ()
     if known is not None and source == "simulated":
-        batch = with_timing(batch, known)
+        batch, doubts = with_learnt_timing(batch, known)
     batch = guard.bounded(batch)
     with telling(progress):
         if known is None or source == "simulated":
             plan = planned(program, batch, at_full_speed, wish)
+            plan = replace(plan, warnings=(*plan.warnings, *doubts))
         else:
             plan = planned_on_runs(program, batch, known, wish)
     return guard.told(plan, as_given, robot)
@@ -284,6 +287,11 @@ def report(
     Raises:
         InputError: The plan is not one of this program.
     """
+    plan = checked_kind(plan, Plan, "a plan", "plan", "what optimize returns")
+    if trade_off is not None:
+        trade_off = checked_kind(trade_off, TradeOff, "a trade-off", "trade_off", "what pareto returns")
+    if operation is not None:
+        operation = checked_kind(operation, Operation, "an operation", "operation", "what Operation.of returns")
     program = known_program(program, robot)
     refuse_sections(program, "a page")
     if [move.name for move in plan.program.moves] != [move.name for move in program.moves]:

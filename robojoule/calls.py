@@ -42,7 +42,9 @@ def finite(call: Callable[Asked, Found]) -> Callable[Asked, Found]:
         try:
             json.dumps(result.to_dict(), allow_nan=False)
         except ValueError:
-            raise InputError("the result is not finite: a figure of the robot is beyond all bounds") from None
+            raise InputError(
+                "the result is not finite: a figure of robot, program or measurements is beyond all bounds"
+            ) from None
         return result
 
     return checked

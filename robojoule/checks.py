@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from robojoule.robots.robot import Robot
 if TYPE_CHECKING:
     from robojoule.calibration.run_table import MeasuredRuns
 
+Kind = TypeVar("Kind")
 SLOWEST_PERCENT = 1.0  # least speed limit of plans: what a controller takes as a whole percent
 LEAST_PERCENT = 0.01  # below it, a motion of a second takes hours
 
@@ -32,17 +33,12 @@ def checked_step(speed_step: object, program: Program) -> float:
 
 def checked_runs(runs: str | Path | MeasuredRuns, program: Program) -> MeasuredRuns:
     """Measured runs of a program's moves."""
-    from robojoule.calibration.run_table import MeasuredRuns, read_runs
+    from robojoule.calibration.run_table import MeasuredRuns, check_range, read_runs
 
-    return runs if isinstance(runs, MeasuredRuns) else read_runs(runs, [move.name for move in program.moves])
-
-
-def with_timing(batch: TreeBatch, runs: MeasuredRuns) -> TreeBatch:
-    """The same motions by the controller that runs show."""
-    from robojoule.calibration.timing import identify_timing
-
-    robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
-    return TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+    if not isinstance(runs, MeasuredRuns):
+        return read_runs(runs, [move.name for move in program.moves])
+    check_range(runs, len(program.moves))
+    return runs
 
 
 def checked_batch(
@@ -68,14 +64,15 @@ def moving_batch(
 def check_trial(measured_cycle: object, runs: object) -> None:
     """Refuse neither or both of what a trial may give."""
     if (measured_cycle is None) == (runs is None):
-        problem = "what the trial gave is needed" if runs is None else "it does not go with runs, which tell more"
-        raise InputError(problem, key="measured_cycle", allowed="a measured cycle or runs")
+        given = "neither a measured cycle nor runs" if runs is None else "both a measured cycle and runs"
+        raise InputError(f"{given} are given", key="measured_cycle", allowed="one of them; runs tell more")
 
 
 def adjustable_tree(program: Program, given: Program | None, robot: Robot) -> OperationTree:
     """The tree of a plan, each move as fast as the program that the plan was made from let it be."""
     if given is None:
         return program.tree.at_most_speeds()
+    checked_kind(given, Program, "a program", "given", "what load_program returns")
     before = model_program(known_program(given, robot), robot).tree
     limits = {move.name: move.speed_limit_percent for move in before.moves()}
     if limits.keys() != {move.name for move in program.moves}:
@@ -98,13 +95,16 @@ def model_program(program: Program, robot: Robot) -> Program:
 
 def checked_program(program: Program) -> Program:
     """The program; an error in one sentence where it is something else."""
-    if not isinstance(program, Program):
-        raise InputError(f"{shown(program)} is not a program", key="program", allowed="what load_program returns")
-    return program
+    return checked_kind(program, Program, "a program", "program", "what load_program returns")
 
 
 def checked_robot(robot: Robot) -> Robot:
     """The robot; an error in one sentence where it is something else."""
-    if not isinstance(robot, Robot):
-        raise InputError(f"{shown(robot)} is not a robot", key="robot", allowed="what load_robot returns")
-    return robot
+    return checked_kind(robot, Robot, "a robot", "robot", "what load_robot returns")
+
+
+def checked_kind(value: object, kind: type[Kind], what: str, key: str, allowed: str) -> Kind:
+    """A value of a kind; an error in one sentence where it is something else."""
+    if not isinstance(value, kind):
+        raise InputError(f"{shown(value)} is not {what}", key=key, allowed=allowed)
+    return value

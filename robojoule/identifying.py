@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robojoule.calls import finite
-from robojoule.checks import checked_robot, checked_runs, model_program, moving_batch
+from robojoule.checks import checked_robot, checked_runs, known_program, model_program, moving_batch
 from robojoule.errors import InputError
 from robojoule.formats.program import Program
 from robojoule.robots.robot import Robot
@@ -59,6 +59,9 @@ def identify(
         check_torque_constants(torque_constants, robot)
     if not isinstance(log, MeasuredLog):
         log = read_log(log, robot, torque_constants)
+    if not log.has_power:
+        problem = "the log holds no power"
+        raise InputError(problem, file=log.source, key="power_w", allowed="power, or identify_friction for torques")
     if log.on_the_arm and power_side == "mains":
         problem = "the power of this log is that of the bus that feeds the arm, not of the mains"
         raise InputError(problem, file=log.source, key="power_side", allowed="arm")
@@ -67,7 +70,8 @@ def identify(
     found = identification.identify(
         without_lag(log, lag.lag_s), robot, smoothing_s=smoothing_s, window_s=window, power_side=power_side
     )
-    return replace(found, lag=lag, timing=log_timing(log, robot))
+    timing, no_timing = log_timing(log, robot)
+    return replace(found, lag=lag, timing=timing, no_timing=no_timing)
 
 
 @finite
@@ -112,6 +116,6 @@ def identify_timing(runs: str | Path | MeasuredRuns, program: Program, robot: Ro
     """
     from robojoule.calibration import timing
 
-    program = model_program(program, robot)
+    program = model_program(known_program(program, robot), robot)
     batch = moving_batch(program, robot)
     return timing.identify_timing(batch.paths, checked_runs(runs, program))

@@ -58,7 +58,7 @@ def energy_profile(
     robot, in_degrees = checked_robot(robot), as_flag(degrees, "degrees")
     source = checked_profiles(profiles, with_runs=runs is not None, cautious=False, with_model=model is not None)
     predictor = None if model is None else load_profile_predictor(model)
-    if program is None and move is None and runs is None:
+    if program is None and move is None and runs is None and not (start is None and end is None):
         ends = [as_array(q, where, "joint positions") for q, where in ((start, "start"), (end, "end"))]
         first, last = (
             robot.check_configuration(np.radians(q) if in_degrees else q, where)
@@ -66,7 +66,8 @@ def energy_profile(
         )
         return motion_profile(robot, first, last, points, source, predictor)
     if program is None or start is not None or end is not None:
-        raise InputError("a profile is that of a motion or of a move", key="program", allowed="start and end, or both")
+        problem = "a profile is that of a motion or of a move of a program"
+        raise InputError(problem, key="program", allowed="start and end, or program and move")
     program = model_program(known_program(program, robot), robot)
     known = None if runs is None else checked_runs(runs, program)
     return move_profile(checked_batch(program, robot), move, points, source, known, predictor)

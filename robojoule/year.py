@@ -12,7 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robojoule.inputs import as_number, unknown_name
+from robojoule.errors import InputError
+from robojoule.inputs import as_number, shown, unknown_name
 
 COUNTRY = "DEU"
 SHIFT_H = 8.0
@@ -73,6 +74,8 @@ class Operation:
         table = _table()
         hours = SHIFT_H * as_number(shifts, "shifts", least=0.0, most=3.0, unit="shifts a day")
         hours *= as_number(days, "days", least=0.0, most=366.0, unit="days a year")
+        if not isinstance(country, str):
+            raise InputError(f"{shown(country)} is not a country", key="country", allowed=f"a code such as {COUNTRY}")
         if country not in table["countries"]:
             raise unknown_name("country", country, table["countries"])
         price, of_country = table["price"], table["countries"][country]
@@ -101,7 +104,7 @@ class Yearly:
         energy_kwh: Energy with the plan. [kWh]
         saved_kwh: What the plan saves. [kWh]
         saved_cost: What that costs, in the operation's currency.
-        saved_co2_kg: What making it emits. [kg]
+        saved_co2_kg: CO2 saved. [kg]
     """
 
     operation: Operation

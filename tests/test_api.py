@@ -8,6 +8,7 @@ import pytest
 from pyarrow import csv
 
 import robojoule as rj
+from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import WAIT_STEP_S, Program
@@ -158,12 +159,15 @@ def test_identification_takes_a_file_or_a_log(log, robot):
     for one, other in zip(data["parameters"], again["parameters"], strict=True):
         assert one["name"] == other["name"]
         assert one["value"] == pytest.approx(other["value"], rel=1e-6)
-    assert (data["log"], data["robot"], data["warnings"]) == (str(log), ROBOT, [])
+    assert (data["log"], data["robot"]) == (str(log), ROBOT)
+    (warning,) = data["warnings"]
+    assert warning.startswith("no timing by the log's motions: without a column speed_limit_percent")
     assert repr(found).startswith(f"Identification('{ROBOT}' from '{log}': parameters=")
 
 
 ELSEWHERE = Program(tree_from_configurations("far", np.radians([STOPS_DEG[0], [0, 90, 0, 0, 0, 0]])))
 FOR_ANOTHER = Program(tree_from_configurations("other", np.radians(STOPS_DEG), "ur_ur10e"))
+NO_POWER = MeasuredLog("log", np.arange(9.0), np.zeros((9, 6)), np.full(9, np.nan), has_power=False)
 HOME, SHORT, FAR = np.radians(STOPS_DEG[0]), [0.0, 0.0], [0, 90, 0, 0, 0, 0]
 BAD = {
     "path for program": (
@@ -185,6 +189,15 @@ BAD = {
     "log type": (
         lambda r: rj.identify("log.xlsx", r),
         "log.xlsx: unknown file type '.xlsx'; allowed: .csv, .tsv, .txt, .csv.gz",
+    ),
+    "log without power": (
+        lambda r: rj.identify(NO_POWER, r),
+        "log, power_w: the log holds no power; allowed: power, or identify_friction for torques",
+    ),
+    "no profile": (lambda r: rj.energy_profile(r), "program: a profile is that of a motion or of a move of a"),
+    "trial twice": (
+        lambda r: rj.adjust(PROGRAM, r, measured_cycle=3, runs="runs.csv"),
+        "measured_cycle: both a measured cycle and runs are given; allowed: one of them; runs tell more",
     ),
     "file": (lambda r: rj.load_program("none.csv"), "none.csv: there is no such file"),
     "robot": (lambda r: rj.load_robot("kr17"), "unknown robot 'kr17' (did you mean "),

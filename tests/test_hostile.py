@@ -9,10 +9,12 @@ import pytest
 
 import robojoule as rj
 from robojoule.calibration.log import MeasuredLog
+from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.cli import main
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.robots import catalog_path
+from robojoule.year import Operation
 
 NAME = "kuka_kr16_r2010_2"
 ROBOT = rj.load_robot(NAME, payload_kg=10)
@@ -28,6 +30,22 @@ NO_JOINTS = [
     *([[1], [2, 3]], [math.nan] * 6, [math.inf] * 6, [1e308] * 6, [10**400] * 6, [1j] * 6, [None] * 6),
 ]
 LOG = MeasuredLog("log.csv", np.zeros(1), np.zeros((1, 6)), np.zeros(1))
+PLAN = rj.optimize(PROGRAM, ROBOT, cycle_time="+20%")
+ONES = np.ones(3)
+NO_RUNS = [
+    MeasuredRuns("runs", np.array(motion), limits, seconds, energy, 0.01)
+    for motion, limits, seconds, energy in (
+        ([0, 1, 7], ONES, ONES, ONES),
+        ([0, 1, -1], ONES, ONES, ONES),
+        ([0.0, 1.0, 0.5], ONES, ONES, ONES),
+        ([0, 1], ONES, ONES, ONES),
+        ([], [], [], []),
+        ([0, 1, 0], 2.0 * ONES, ONES, ONES),
+        ([0, 1, 0], ONES, -ONES, ONES),
+        ([0, 1, 0], ONES, ONES * np.nan, ONES),
+        ([0, 1, 0], ONES, ONES, ONES * np.inf),
+    )
+]
 # what is tried, and values that it refuses; lengths and torque constants are checked first, by name
 CALLS = {
     "load_robot": (rj.load_robot, NO_FILE),
@@ -57,6 +75,14 @@ CALLS = {
     "degrees": (lambda value: rj.energy_profile(ROBOT, HOME, THERE, degrees=value), NO_FLAG),
     "profiles": (lambda value: rj.pareto(PROGRAM, ROBOT, profiles=value), [*NO_FLAG[1:], "meassured"]),
     "angles": (PROGRAM.counted_as, NO_FLAG),
+    "model": (lambda value: rj.optimize(PROGRAM, ROBOT, cycle_time="+5%", model=value), [5, True, b"x", [], {}, "\0"]),
+    "model of a profile": (lambda value: rj.energy_profile(ROBOT, HOME, THERE, degrees=True, model=value), [5, [], ""]),
+    "country": (lambda value: Operation.of(country=value), [None, 5, True, ["DEU"], {}, "", "XXX"]),
+    "plan of a report": (lambda value: rj.report(value, PROGRAM, ROBOT), NO_FILE),
+    "operation": (lambda value: rj.report(PLAN, PROGRAM, ROBOT, operation=value), [5, True, "", [], {}, PLAN]),
+    "trade_off": (lambda value: rj.report(PLAN, PROGRAM, ROBOT, trade_off=value), [5, True, "", [], {}, PLAN]),
+    "given": (lambda value: rj.adjust(PROGRAM, ROBOT, measured_cycle=4, cycle_time=5, given=value), NO_FILE[1:7]),
+    "runs": (lambda value: rj.optimize(PROGRAM, ROBOT, cycle_time="+5%", runs=value), [*NO_FILE[1:], *NO_RUNS]),
     "inertia": (lambda value: rj.Payload(1.0, inertia_kg_m2=value), [*NO_JOINTS[1:], -np.eye(3), 1e300 * np.eye(3)]),
 }
 

@@ -33,11 +33,11 @@ _UNITS = {
     "_percent": ("%", "percent"),
     "_rad": ("rad",),
     "_deg": ("deg", "°", "degree", "degrees"),
-    "_nm": ("nm", "n m", "n*m"),
+    "_nm": ("Nm", "N m", "N*m", "N\u00b7m", "N\u22c5m"),
     "_kg": ("kg",),
-    "_j": ("j", "ws"),
-    "_w": ("w", "watt", "watts"),
-    "_a": ("a", "amp", "ampere"),
+    "_j": ("J", "Ws"),
+    "_w": ("W", "watt", "watts"),
+    "_a": ("A", "amp", "ampere"),
     "_s": ("s", "sec", "second", "seconds"),
 }
 
@@ -146,9 +146,9 @@ def check_unit(name: str, unit: str, file: Path) -> None:
     Raises:
         InputError: It does.
     """
-    text = unit.strip().lower()
+    text = unit.strip().casefold()
     expected = next((units for ending, units in _UNITS.items() if name.endswith(ending)), None)
-    if text in ("", "-", "1") or expected is None or text in expected:
+    if text in ("", "-", "1") or expected is None or text in (one.casefold() for one in expected):
         return
     raise InputError(f"the row of units says {shown(unit)}", file=file, key=name, allowed=expected[0])
 

@@ -18,16 +18,17 @@ from typing import Any
 import numpy as np
 
 from robojoule.arrays import Array, Index
+from robojoule.calibration.identification import wider_for_few
 from robojoule.calibration.log import MeasuredLog
+from robojoule.calibration.log_fit import HUBER, MAD_TO_SIGMA
 from robojoule.calibration.log_motions import log_timing
 from robojoule.calibration.signals import Signals, prepare
-from robojoule.calibration.timing import TimingIdentification, with_timing
+from robojoule.calibration.timing import TimingIdentification, timing_warnings, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.robots.robot import Robot
 from robojoule.robots.robot_file import RobotFile
 
-HUBER = 1.345
 FEWEST_WINDOWS = 20
 SLIDES = 0.999  # mean direction of a window in which a joint does not turn round
 WELL_KNOWN = 0.5  # standard error over the figure above which it is not told
@@ -48,8 +49,10 @@ class JointFriction:
         viscous_error_nm_s_per_rad: Standard error; None where it is not told. [Nm s/rad]
         torque_scale: Measured torque over that of the file's inertia, rotor and payload. [-]
         torque_scale_error: Standard error. [-]
-        r2: Share of the variance of torques of motions left out that is explained. [-]
-        identified: Whether both frictions are told.
+        r2: Share of the variance of torques that is explained: of motions left out, or of all where they say too
+            little of this joint. [-]
+        identified: Whether both frictions are told, with errors below half of themselves; that of viscous friction may
+            be half of Coulomb friction at the fastest speed.
     """
 
     joint: str
@@ -71,13 +74,15 @@ class FrictionIdentification:
         robot: Robot that the fit started from.
         source: The log.
         joints: What is told of each joint.
-        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
+        timing: The controller's timing by the log's motions, if they tell it.
+        no_timing: Why they do not tell it, a sentence.
     """
 
     robot: Robot
     source: str
     joints: tuple[JointFriction, ...]
     timing: TimingIdentification | None
+    no_timing: str | None = None
 
     def __repr__(self) -> str:
         told = sum(joint.identified for joint in self.joints)
@@ -94,10 +99,10 @@ class FrictionIdentification:
         ]
         if off:
             found.append(
-                f"torques are another multiple of the file's inertia than 1 at {', '.join(off)}: check payload and "
-                "torque constants"
+                f"measured torques differ from those of the file's inertia by the factors given: {', '.join(off)}; "
+                "check payload and torque constants"
             )
-        return (*found, *(self.timing.warnings if self.timing is not None else ()))
+        return (*found, *timing_warnings(self.timing, self.no_timing))
 
     def to_dict(self) -> dict[str, Any]:
         """Figures as plain data, ready for JSON."""
@@ -149,7 +154,7 @@ def identify_friction(log: MeasuredLog, robot: Robot, smoothing_s: float | None 
         raise InputError("the log holds neither power nor torques", file=log.source, key="power_w", allowed=allowed)
     signals = prepare(log, robot, smoothing_s)
     joints = tuple(_joint(signals, robot, place) for place in range(robot.joint_count))
-    return FrictionIdentification(robot, log.source, joints, log_timing(log, robot))
+    return FrictionIdentification(robot, log.source, joints, *log_timing(log, robot))
 
 
 def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:
@@ -164,12 +169,16 @@ def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:
     none = JointFriction(name, known[0], None, known[1], None, 1.0, 1.0, 0.0, identified=False)
     if train.sum() < FEWEST_WINDOWS or np.unique(np.sign(direction[train])).size < 2:
         return none
-    found, error = _robust(basis[train], torque[train], signals.window_block[train])
+    found, error = robust_fit(basis[train], torque[train], signals.window_block[train])
+    error = wider_for_few(np.unique(signals.window_block[train]).size) * error
     judged = held if held.sum() >= FEWEST_WINDOWS // 4 else train
     left = torque[judged] - basis[judged] @ found
     r2 = 1.0 - float(left @ left) / max(float(((torque[judged] - torque[judged].mean()) ** 2).sum()), 1e-12)
     coulomb, viscous = float(found[1]), float(found[2])
     told = coulomb > 0.0 and viscous >= 0.0 and bool(error[1] < WELL_KNOWN * coulomb)
+    # Friction that hardly grows with speed is told where its growth is small beside Coulomb's, too.
+    fastest = float(np.abs(velocity[train]).max())
+    told = told and bool(error[2] < WELL_KNOWN * max(viscous, coulomb / fastest))
     return JointFriction(
         joint=name,
         coulomb_nm=coulomb if told else known[0],
@@ -183,8 +192,20 @@ def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:
     )
 
 
-def _robust(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
-    """Robust least squares, and standard errors that know that windows of one motion hang together."""
+def robust_fit(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
+    """Robust least squares with standard errors that know that windows of one motion hang together.
+
+    They are those by the sums of each motion (MacKinnon and White's correction for few of them), or those of
+    independent windows where they are larger: sums of few motions say little of their spread, that of one is zero.
+
+    Args:
+        basis: What the values are linear in, shape (W, P).
+        values: Shape (W,).
+        block: Motion of each window, shape (W,).
+
+    Returns:
+        Coefficients and their standard errors, each of shape (P,).
+    """
     scale = np.maximum(np.abs(basis).max(axis=0), 1e-12)
     scaled, weight = basis / scale, np.ones(len(values))
     ridge = 1e-9 * len(values) * np.eye(basis.shape[1])
@@ -193,7 +214,7 @@ def _robust(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
         before = found
         found = np.linalg.solve(scaled.T @ (scaled * weight[:, None]) + ridge, scaled.T @ (weight * values))
         left = values - scaled @ found
-        spread = max(1.4826 * float(np.median(np.abs(left))), 1e-12)
+        spread = max(MAD_TO_SIGMA * float(np.median(np.abs(left))), 1e-12)
         weight = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(left), 1e-12))
         if np.abs(found - before).max() < 1e-9 * max(float(np.abs(found).max()), 1e-12):
             break
@@ -201,5 +222,8 @@ def _robust(basis: Array, values: Array, block: Index) -> tuple[Array, Array]:
     _, motion = np.unique(block, return_inverse=True)
     sums = np.zeros((int(motion.max()) + 1, basis.shape[1]))
     np.add.at(sums, motion, scaled * (weight * left)[:, None])
-    spread_of = inverse @ (sums.T @ sums) @ inverse
-    return found / scale, np.sqrt(np.maximum(np.diag(spread_of), 0.0)) / scale
+    motions = len(sums)
+    hanging = np.diag(inverse @ (sums.T @ sums) @ inverse) * motions / max(motions - 1, 1)
+    freedom = max(len(values) - basis.shape[1], 1)
+    alone = float(weight @ left**2) / freedom * np.diag(inverse)
+    return found / scale, np.sqrt(np.maximum(np.maximum(hanging, alone), 0.0)) / scale

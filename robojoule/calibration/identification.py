@@ -19,7 +19,7 @@ from robojoule.calibration.log_model import evaluate, log_parameters
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.payload_check import payload_that_fits
 from robojoule.calibration.signals import WINDOW_S, Signals, prepare
-from robojoule.calibration.timing import TimingIdentification, with_timing
+from robojoule.calibration.timing import TimingIdentification, timing_warnings, with_timing
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.inputs import shown
@@ -115,7 +115,8 @@ class Identification:
         window_held_out: Which windows took no part in the fit, shape (W,).
         payload_that_fits_kg: Payload that explains the log clearly better than the given one; None where that fits.
         lag: How late the meter was against the positions, which was put right before the fit; None if not looked for.
-        timing: The controller's timing by the log's motions; None where too few go from rest to rest.
+        timing: The controller's timing by the log's motions, if they tell it.
+        no_timing: Why they do not tell it, a sentence.
     """
 
     robot: Robot
@@ -136,6 +137,7 @@ class Identification:
     payload_that_fits_kg: float | None = None
     lag: MeterLag | None = None
     timing: TimingIdentification | None = None
+    no_timing: str | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -163,7 +165,8 @@ class Identification:
             )
         if self.lag is not None and self.lag.lag_s != 0.0:
             found.append(
-                f"the power comes {1e3 * self.lag.lag_s:.0f} ms later than the positions: it was moved before the fit"
+                f"the power comes {1e3 * abs(self.lag.lag_s):.0f} ms {'later' if self.lag.lag_s > 0.0 else 'earlier'} "
+                "than the positions: it was moved before the fit"
             )
         if self.payload_that_fits_kg is not None:
             found.append(
@@ -173,7 +176,7 @@ class Identification:
         motions = self.training.motions + self.held_out.motions
         if motions < FEW_MOTIONS:
             found.append(f"the log holds only {motions} motions: errors are wide, and scores stand on few of them")
-        return (*found, *(self.timing.warnings if self.timing is not None else ()))
+        return (*found, *timing_warnings(self.timing, self.no_timing))
 
     def to_dict(self) -> dict[str, Any]:
         """Parameters and scores as plain data, ready for JSON."""
@@ -239,11 +242,12 @@ class Identification:
         motions = self.training.motions + self.held_out.motions
         duration = self.training.duration_s + self.held_out.duration_s
         score = self.held_out
+        given = "limits" if self.timing is not None and self.timing.is_good else "limits and timing"
         return (
             f"identified from the log {Path(self.source).name} ({duration:.1f} s, {motions} motions) by robust least "
             f"squares on the energy model; on {score.motions} held-out motions RMSE {score.rmse_percent:.2f} % of mean "
-            f"power, R2 {score.r2:.4f}. Taken as given: link and rotor inertia, gear ratios, limits "
-            f"and timing of {self.robot.name}, and what the log does not determine: {kept}. "
+            f"power, R2 {score.r2:.4f}. Taken as given: link and rotor inertia, gear ratios, {given} "
+            f"of {self.robot.name}, and what the log does not determine: {kept}. "
             f"Before: {self.robot.file.drives.provenance}"
         )
 

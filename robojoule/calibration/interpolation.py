@@ -61,4 +61,5 @@ def interpolated(log: MeasuredLog) -> MeasuredLog:
         power_w=straight(log.power_w),
         torque_nm=None if log.torque_nm is None else straight(log.torque_nm),
         payload_kg=None if log.payload_kg is None else log.payload_kg[before],
+        speed_limit=None if log.speed_limit is None else log.speed_limit[before],
     )

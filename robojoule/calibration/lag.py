@@ -15,6 +15,7 @@ from robojoule.robots.robot import Robot
 LONGEST_LAG_S = 0.5
 LEAST_SAMPLES = 1.0  # a lag of less than this many steps of the log is none
 LEAST_GAIN = 0.01  # of the coefficient of determination by which a lag must explain more
+LEAST_R2 = 0.6  # with the lag; below it the shape of the power is not recognised, whatever is best
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ def meter_lag(log: MeasuredLog, robot: Robot, smoothing_s: float | None = None, 
     found = np.array([_explained(time, signals.power_w, modelled, lag) for lag in lags])
     best, none = int(found.argmax()), int(np.argmin(np.abs(lags)))
     lag = float(lags[best]) + step * _vertex(found, best)
-    if abs(lag) < LEAST_SAMPLES * step or found[best] - found[none] < LEAST_GAIN:
+    is_told = 0 < best < len(lags) - 1 and found[best] >= LEAST_R2  # the best is not at an end of the search
+    if not is_told or abs(lag) < LEAST_SAMPLES * step or found[best] - found[none] < LEAST_GAIN:
         return MeterLag(0.0, float(found[none]), float(found[none]))
     return MeterLag(lag, float(found[best]), float(found[none]))
 

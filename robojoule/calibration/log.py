@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robojoule.arrays import Array, Mask, as_array, freeze
+from robojoule.arrays import Array, Index, Mask, as_array, freeze
 from robojoule.calibration.log_table import LogTable, read_table
 from robojoule.calibration.rtde import is_rtde, with_own_names
 from robojoule.errors import InputError
@@ -97,7 +97,7 @@ def read_log(
     power = table.column("power_w") if has_power else np.full(time.shape, np.nan)
     velocity = _joint_columns(table, count, "velocity_rad_s")
     kept = np.append(True, np.diff(time) != 0.0)  # of packets that came twice the first one
-    _check_time(time[kept], source, with_velocity=velocity is not None)
+    _check_time(time[kept], np.flatnonzero(kept) + 1, source, with_velocity=velocity is not None)
     position = _positions(table, robot)
     payload = table.column("payload_kg") if "payload_kg" in table.names else None
     if payload is not None and payload.min() < 0.0:
@@ -226,16 +226,15 @@ def check_torque_constants(constants_nm_per_a: ArrayLike, robot: Robot) -> Array
     return constants
 
 
-def _check_time(time_s: Array, source: str, *, with_velocity: bool) -> None:
+def _check_time(time_s: Array, rows: Index, source: str, *, with_velocity: bool) -> None:
+    """Instants, no two alike one after the other, must rise in small steps; `rows` are their rows in the file."""
     key = "time_s"
     steps = np.diff(time_s)
     if len(steps) == 0:
         raise InputError("the log has one row only", file=source)
-    falling = np.flatnonzero(steps <= 0.0)
+    falling = np.flatnonzero(steps < 0.0)
     if falling.size:
-        row = int(falling[0]) + 2
-        problem = f"row {row} has the time of the row before" if steps[row - 2] == 0.0 else f"time falls at row {row}"
-        raise InputError(problem, file=source, key=key, allowed="rising times")
+        raise InputError(f"time falls at row {rows[falling[0] + 1]}", file=source, key=key, allowed="rising times")
     median = float(np.median(steps))
     if median > (LARGEST_SPARSE_STEP_S if with_velocity else LARGEST_STEP_S):
         hint = "; the column looks like milliseconds" if median >= 1.0 else ""
@@ -248,9 +247,9 @@ def _check_time(time_s: Array, source: str, *, with_velocity: bool) -> None:
     limit = max(GAP_STEPS * median, LARGEST_GAP_S if with_velocity else GAP_S)
     gaps = np.flatnonzero(steps > limit)
     if gaps.size:
-        row = int(gaps[0])
+        at = int(gaps[0])
         raise InputError(
-            f"gap of {steps[row]:.4g} s after row {row + 1} (t = {time_s[row]:.4f} s)",
+            f"gap of {steps[at]:.4g} s after row {rows[at + 1] - 1} (t = {time_s[at]:.4f} s)",
             file=source,
             key=key,
             allowed=f"at most {limit:.4g} s between samples; cut the log there",

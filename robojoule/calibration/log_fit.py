@@ -20,7 +20,7 @@ from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import Signals
 
 HUBER = 1.345  # 95 % efficiency at normal noise
-MAD_TO_SIGMA = 1.4826
+MAD_TO_SIGMA = 1.4826  # deviation of a normal distribution over its median absolute deviation
 POWER_NOISE_EXPONENT = 0.5  # between a meter's constant error (0) and its relative one (1)
 MOST_STEPS = 60
 STEP_TOLERANCE = 1e-5  # of the scale

@@ -15,7 +15,7 @@ from robojoule.arrays import Array
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.signals import choose_smoothing, local_cubic
-from robojoule.calibration.timing import TimingIdentification, identify_timing
+from robojoule.calibration.timing import POOR_ERROR_PERCENT, TimingIdentification, identify_timing
 from robojoule.errors import InputError
 from robojoule.inputs import counted
 from robojoule.motion.simulation import MotionPaths
@@ -25,6 +25,7 @@ STOP_SPEED_RAD_S = 0.03
 LEAST_TRAVEL_RAD = 0.05
 LEAST_DURATION_S = 0.1
 STRAIGHT = 0.04  # of the travel: what joints may leave the straight line by
+SAME_RAD = 5e-3  # what ends of a motion that is repeated may be apart: sensors' noise, samples before the arm rests
 _REST_SAMPLES = 3
 
 
@@ -58,11 +59,17 @@ class LoggedMotions:
 
     @property
     def runs(self) -> MeasuredRuns:
-        """Each motion as a run of its own."""
+        """Each motion as a run; those from the same start to the same end are runs of the first of them."""
         count = self.duration_s.size
+        ends = np.concatenate([self.start_rad, self.end_rad], axis=1)
+        first = np.arange(count)
+        for motion in range(count):
+            alike = np.abs(ends[:motion] - ends[motion]).max(axis=1) <= SAME_RAD
+            if alike.any():
+                first[motion] = first[int(alike.argmax())]
         return MeasuredRuns(
             self.source,
-            np.arange(count),
+            first,
             self.speed_limits,
             self.duration_s,
             np.full(count, np.nan),
@@ -153,8 +160,10 @@ def _rise(time_s: Array, velocity: Array, threshold: float) -> float:
     return float(crossings[0] - (crossings[1] - crossings[0]) * low / (high - low))
 
 
-def log_timing(log: MeasuredLog, robot: Robot) -> TimingIdentification | None:
-    """The controller's timing by the motions of a log; None where too few go from rest to rest.
+def log_timing(log: MeasuredLog, robot: Robot) -> tuple[TimingIdentification | None, str | None]:
+    """The controller's timing by the motions of a log, or None and a sentence that says why there is none.
+
+    There is none where too few different motions go from rest to rest, or where their durations cannot be the robot's.
 
     Args:
         log: The log. Without its speed limits all motions are taken to have run at full speed, and there is no timing
@@ -167,6 +176,13 @@ def log_timing(log: MeasuredLog, robot: Robot) -> TimingIdentification | None:
     try:
         motions = logged_motions(log.source, log.time_s, log.position_rad, velocity, log.speed_limit)
         found = identify_timing(motions.paths(robot), motions.runs)
-    except InputError:
-        return None
-    return found if found.is_good or log.speed_limit is not None else None
+    except InputError as error:
+        return None, f"no timing by the log's motions, its rows here: {error}"
+    if found.is_good or log.speed_limit is not None:
+        return found, None
+    if found.held_out_error_percent <= POOR_ERROR_PERCENT:
+        return None, f"no timing by the log's motions: {found.warnings[0]}"
+    return None, (
+        "no timing by the log's motions: without a column speed_limit_percent all are taken to have run at full speed, "
+        "and no rule explains them so"
+    )

@@ -102,10 +102,10 @@ def _read_csv(path: Path) -> tuple[LogTable, int]:
     for number, row in enumerate(cells, start=1):
         if len(row) != len(names):
             raise ValueError(f"row {number} has {counted(len(row), 'cell')}, the header {len(names)}")
-    for name, unit in zip(names, found.units, strict=False):
-        check_unit(name, unit, path)
 
     def values(place: int) -> Array:
+        if found.units:  # those of columns that nobody asks for do not matter
+            check_unit(names[place], found.units[place], path)
         column = [found.number_text(row[place]) or "nan" for row in cells]
         try:
             text = "".join(column)

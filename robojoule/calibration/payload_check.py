@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robojoule.calibration.log import MeasuredLog
-from robojoule.calibration.log_fit import Solution
+from robojoule.calibration.log_fit import MAD_TO_SIGMA, Solution
 from robojoule.calibration.log_model import evaluate
 from robojoule.calibration.parameters import ParameterVector
 from robojoule.calibration.signals import Signals, prepare
@@ -49,7 +49,7 @@ def payload_that_fits(
     if square <= 0.0:
         return None
     found = float(free @ residual) / square
-    noise = 1.4826 * float(np.median(np.abs(residual)))
+    noise = MAD_TO_SIGMA * float(np.median(np.abs(residual)))
     deviation = noise / np.sqrt(square)
     if abs(found) < SURE * deviation or abs(found) < LEAST_SHARE * robot.file.rated_payload_kg:
         return None

@@ -81,6 +81,20 @@ def _check_contradictions(runs: MeasuredRuns) -> None:
 
 
 def _check_energies(runs: MeasuredRuns, nominal_j: Array) -> None:
+    """Energies of movements that draw some are positive, and all that are not small go together."""
+    _check_ratios(runs, nominal_j)
+    none = np.flatnonzero((runs.energy_j <= 0.0) & (nominal_j > 0.0))
+    if none.size:
+        row = int(none[0])
+        raise InputError(
+            f"row {row + 1} took {runs.energy_j[row]:g} J, where the robot's entry draws {nominal_j[row]:.3g} J",
+            file=runs.source,
+            key="energy_j",
+            allowed="more than 0 J; empty where it was not measured",
+        )
+
+
+def _check_ratios(runs: MeasuredRuns, nominal_j: Array) -> None:
     usual_j = float(np.median(np.abs(nominal_j)))
     rows = np.flatnonzero(np.isfinite(runs.energy_j) & (nominal_j > usual_j / ENERGY_APART))
     if not rows.size:

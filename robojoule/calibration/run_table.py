@@ -13,16 +13,18 @@ from pathlib import Path
 
 import numpy as np
 
-from robojoule.arrays import Array, Index, frozen
+from robojoule.arrays import Array, Index, freeze, frozen
 from robojoule.calibration.log_table import LogTable, read_table
 from robojoule.errors import InputError
-from robojoule.inputs import LONGEST_S, as_path, unknown_name
+from robojoule.inputs import LONGEST_S, as_number, as_path, unknown_name
 
 LEAST_LIMIT = 1e-3  # a tenth of a percent
 MOST_ENERGY_J = 1e9
 # Steps in which durations are given: of stop watches, of controllers' cycles.
 _RESOLUTIONS_S = (1.0, 0.5, 0.1, 0.05, 0.02, 0.012, 0.01, 0.008, 0.005, 0.004, 0.002, 0.001)
-_FEWEST_TO_JUDGE = 5
+# Steps in which meters of energy are read; a reading in finer ones is as good as exact.
+_ENERGY_STEPS_J = (36000.0, 10000.0, 3600.0, 1000.0, 500.0, 360.0, 100.0, 50.0, 36.0, 20.0, 10.0, 5.0, 2.0, 1.0)
+_FEWEST_TO_JUDGE = 3
 _FINEST_S = 5e-4
 
 
@@ -49,6 +51,7 @@ class MeasuredRuns:
     def __post_init__(self) -> None:
         for name in ("speed_limits", "duration_s", "energy_j"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self)  # the motions, too
 
     def __repr__(self) -> str:
         return (
@@ -93,6 +96,28 @@ def read_runs(path: str | Path, moves: Sequence[str]) -> MeasuredRuns:
     energy = np.full(duration.shape, np.nan)
     if "energy_j" in table.names:
         energy = table.values(table.names.index("energy_j"))
+    runs = MeasuredRuns(source, motion, limits, duration, energy, resolution_of(duration))
+    check_range(runs, len(moves))
+    return runs
+
+
+def check_range(runs: MeasuredRuns, moves: int) -> None:
+    """Refuse runs of arrays that do not fit together, of moves that there are not, or with values out of range.
+
+    Args:
+        runs: The runs.
+        moves: Number of the program's moves.
+
+    Raises:
+        InputError: They are; names the row.
+    """
+    source, limits, duration, energy = runs.source, runs.speed_limits, runs.duration_s, runs.energy_j
+    motion = np.asarray(runs.motion)
+    if motion.ndim != 1 or motion.size == 0 or any(one.shape != motion.shape for one in (limits, duration, energy)):
+        problem = "the arrays of runs are not of one length, or empty"
+        raise InputError(problem, file=source, allowed="as many motions as speed limits, durations and energies")
+    if motion.dtype.kind not in "iu" or not ((motion >= 0) & (motion < moves)).all():
+        raise InputError("a run is of no move of the program", file=source, key="motion", allowed=f"0 to {moves - 1}")
     for values, key, least, most, allowed in (
         (limits, "speed_limit_percent", LEAST_LIMIT, 1.0, "0.1 to 100 %"),
         (duration, "duration_s", 1e-3, LONGEST_S, f"0.001 to {LONGEST_S:g} s"),
@@ -101,7 +126,7 @@ def read_runs(path: str | Path, moves: Sequence[str]) -> MeasuredRuns:
         bad = np.flatnonzero(~((values >= least) & (values <= most)) & ~(np.isnan(values) & (key == "energy_j")))
         if bad.size:
             raise InputError(f"row {bad[0] + 1} is out of range", file=source, key=key, allowed=allowed)
-    return MeasuredRuns(source, motion, limits, duration, energy, resolution_of(duration))
+    as_number(runs.resolution_s, "resolution_s", least=0.0, most=LONGEST_S, unit="s")
 
 
 def _move(word: str, moves: Sequence[str], table: LogTable) -> int:
@@ -115,9 +140,20 @@ def _move(word: str, moves: Sequence[str], table: LogTable) -> int:
 
 def resolution_of(durations_s: Array) -> float:
     """Step in which durations were taken down: the largest usual one of which all are multiples. [s]"""
-    if durations_s.size >= _FEWEST_TO_JUDGE:
-        for step in _RESOLUTIONS_S:
-            shares = durations_s / step
-            if np.all(np.abs(shares - np.round(shares)) < 1e-6 * np.maximum(shares, 1.0)):
-                return step
-    return _FINEST_S
+    return _step_of(durations_s, _RESOLUTIONS_S) or _FINEST_S
+
+
+def energy_step_of(energies_j: Array) -> float:
+    """Step in which energies were read; 0 where it is below a joule, or too few (not NaN) are there to say. [J]"""
+    return _step_of(energies_j[np.isfinite(energies_j)], _ENERGY_STEPS_J)
+
+
+def _step_of(values: Array, steps: tuple[float, ...]) -> float:
+    """The largest of some falling steps of which all values are multiples; 0 if none is, or values are too few."""
+    if values.size < _FEWEST_TO_JUDGE:
+        return 0.0
+    for step in steps:
+        shares = np.abs(values) / step
+        if np.all(np.abs(shares - np.round(shares)) < 1e-6 * np.maximum(shares, 1.0)):
+            return step
+    return 0.0

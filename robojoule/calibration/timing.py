@@ -12,7 +12,7 @@ from robojoule.arrays import Array
 from robojoule.calibration.run_checks import check_runs
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule, rule_scores
-from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, Candidate, candidates
+from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, OWN, Candidate, candidates
 from robojoule.documents import parse
 from robojoule.errors import InputError
 from robojoule.inputs import counted
@@ -32,7 +32,8 @@ class TimingParameter:
     """One figure of a controller.
 
     Attributes:
-        name: Key in the robot file's `controller` section.
+        name: Key in the robot file's `controller` section; `joints.velocity_rad_s` and `joints.acceleration_rad_s2` are
+            those of all joints alike.
         unit: Its unit.
         value: Estimate.
         standard_error: Its standard error, as far as the runs and what was known before tell.
@@ -71,8 +72,8 @@ class TimingIdentification:
         robot: Robot that the fit started from.
         source: Where the runs come from.
         rule: The rule that was chosen.
-        rules: All rules, best first.
-        parameters: Its figures.
+        rules: All rules that took part, best first.
+        parameters: Its figures; none where it is the entry's own.
         controller: The same, ready for motions.
         held_out_error_percent: Error of the rule, each motion left out in turn. [%]
         nominal_error_percent: Error of the entry's own timing. [%]
@@ -109,6 +110,8 @@ class TimingIdentification:
     @property
     def is_good(self) -> bool:
         """Whether the rule explains the durations, and better than the entry: else robot files keep the entry's."""
+        if self.rule == OWN:
+            return False
         return self.held_out_error_percent <= min(POOR_ERROR_PERCENT, self.nominal_error_percent)
 
     @property
@@ -120,6 +123,8 @@ class TimingIdentification:
                 f"no rule explains the durations to {POOR_ERROR_PERCENT:g} % of motions left out, so none is taken: "
                 "check speed limits (column speed_limit_percent), payload and that every move stops at its end"
             )
+        elif not self.is_good:
+            found.append("the entry's own timing meets the runs as well as any rule, so it is kept")
         if self.speeds == 1:
             found.append(
                 "all runs have one speed limit: how accelerations change with it is not known, and slower runs are a "
@@ -176,6 +181,13 @@ class TimingIdentification:
         return with_timing(self.robot.file, self, name)
 
 
+def timing_warnings(timing: TimingIdentification | None, no_timing: str | None) -> tuple[str, ...]:
+    """What to know about the timing of a log's motions, a sentence each: why there is none, or its warnings."""
+    if timing is not None:
+        return timing.warnings
+    return () if no_timing is None else (no_timing,)
+
+
 def with_timing(file: RobotFile, timing: TimingIdentification | None, name: str | None) -> RobotFile:
     """A robot file with an identified timing, if there is one, and a name of its own.
 
@@ -228,6 +240,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
                 float(scores.min() - scores[place]),
             )
             for place in np.argsort(scores, kind="stable").tolist()
+            if np.isfinite(scores[place])
             for fit in [fits[place]]
         ),
         parameters=tuple(_parameters(chosen, paths.robot)),
@@ -281,6 +294,8 @@ def nominal_durations(paths: MotionPaths, runs: MeasuredRuns) -> Array:
 
 def _parameters(fit: RuleFit, robot: Robot) -> list[TimingParameter]:
     candidate, x, covariance = fit.candidate, fit.x[0], fit.covariance[0]
+    if candidate.is_own:
+        return []
     prior = np.diag(candidate.spread**2)
     found = []
 

@@ -35,6 +35,8 @@ JOINT_ACCELERATION_SPREAD = 0.7
 LEADING_AXIS_SPREAD = 1.0
 EXPONENT_SPREAD = 0.7
 MIDDLE_EXPONENT = 0.5
+OWN = "the entry's own"
+_NO_SPREAD = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,7 @@ class Candidate:
         acceleration: Those of accelerations, shape (n', P).
         acceleration_offset: Shape (M, n').
         cruise_share: Least share of cruise. [-]
+        is_own: Whether it is the entry's own timing, of which nothing is fitted.
     """
 
     rule: AccelerationRule
@@ -64,10 +67,13 @@ class Candidate:
     acceleration: Array
     acceleration_offset: Array
     cruise_share: float
+    is_own: bool = False
 
     @property
     def name(self) -> str:
         """What tables call it: the rule and the power of the speed limit."""
+        if self.is_own:
+            return OWN
         return f"{self.rule}, acceleration ~ limit^{'k' if self.exponent is None else f'{self.exponent:g}'}"
 
     def at(self, entry: str) -> int:
@@ -146,7 +152,7 @@ def _least(slopes: Array, offset: Array, x: Array) -> tuple[Array, Array]:
 
 
 def candidates(paths: MotionPaths, exponents: tuple[float | None, ...] = (0.0, 1.0, None)) -> list[Candidate]:
-    """All rules for some motions of a robot.
+    """All rules for some motions of a robot, the entry's own timing last.
 
     Args:
         paths: The motions, each of some length, of the nominal robot by the nominal controller.
@@ -210,7 +216,39 @@ def candidates(paths: MotionPaths, exponents: tuple[float | None, ...] = (0.0, 1
                     cruise_share=cruise,
                 )
             )
-    return result
+    return [*result, _own(paths)]
+
+
+def _own(paths: MotionPaths) -> Candidate:
+    """The entry's own timing: machines may be as their entry says, and few runs do not outweigh that."""
+    robot, slopes = paths.timing.robot, -np.log(np.maximum(paths.path.steepest_rad, 1e-12))
+    known = robot.controller or ControllerTiming(
+        "torque_limited",
+        robot.velocity_rad_s,
+        None,
+        robot.drives.filter_time_s,
+        least_cruise_share=robot.drives.least_cruise_share,
+    )
+    v_names, a_names, offset = [f"velocity.{name}" for name in robot.joint_names], ["acceleration_factor"], slopes
+    if known.acceleration_rad_s2 is None:
+        accelerations, offset = np.array([known.acceleration_factor]), np.log(paths.timing.full_speed[1])[:, None]
+    else:
+        accelerations, a_names = known.acceleration_rad_s2, [f"acceleration.{name}" for name in robot.joint_names]
+    order = (*v_names, *a_names, "filter_time_s", "dead_time_s")
+    figures = np.log([*known.velocity_rad_s, *accelerations, known.filter_time_s])
+    return Candidate(
+        rule=known.rule,
+        exponent=known.acceleration_exponent,
+        names=order,
+        mean=np.append(figures, known.dead_time_s),
+        spread=np.full(len(order), _NO_SPREAD),
+        velocity=_ones([[name] for name in v_names], order),
+        velocity_offset=slopes,
+        acceleration=_ones([[name] for name in a_names], order),
+        acceleration_offset=offset,
+        cruise_share=known.least_cruise_share,
+        is_own=True,
+    )
 
 
 _Entry = tuple[str, float, float]

@@ -171,8 +171,9 @@ def _show_timing(timing: dict[str, Any]) -> None:
         f"durations of motions left out: error {timing['held_out_error_percent']:.2f} % "
         f"(by the entry {timing['nominal_error_percent']:.2f} %)"
     )
-    width = max(len(row["name"]) for row in timing["parameters"])
-    print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'before':>10}  unit")
+    width = max((len(row["name"]) for row in timing["parameters"]), default=0)
+    if timing["parameters"]:
+        print(f"{'parameter':{width}}  {'value':>10}  {'std. error':>10}  {'before':>10}  unit")
     for row in timing["parameters"]:
         figures = f"{row['value']:10.4g}  {row['standard_error']:10.3g}  {row['before']:10.4g}"
         note = "" if row["identified"] else "  (not told by these runs)"

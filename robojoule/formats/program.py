@@ -25,6 +25,10 @@ from robojoule.robots.robot import Robot
 # Whose robots run programs of a format.
 _VENDORS = {"KUKA KRL": "KUKA", "FANUC TP": "FANUC", "ABB RAPID": "ABB", "URScript": "Universal Robots"}
 NOT_BESIDE = "what stands in the controller goes with a program in a robot's own language"
+TOOL_TIMING = (
+    "moves along paths of the tool take the dead time of the learnt timing alone: their speeds, accelerations and jerk "
+    "phases are those of the drives"
+)
 WAIT_STEP_S = 1e-3  # of waits that plans add for people: controllers know no shorter ones
 
 
@@ -163,6 +167,8 @@ class Program:
         """What to know before it is used on a robot, a sentence each: its angles, doubts, another vendor's language."""
         vendor = _VENDORS.get(self.format or "", robot.vendor)
         known = robot_warnings(self.tree, robot)
+        if robot.controller is not None and any(move.tool_path is not None for move in self.tree.moves()):
+            known = (*known, TOOL_TIMING)
         if robot.vendor not in _VENDORS.values() or vendor == robot.vendor:
             return known
         return (

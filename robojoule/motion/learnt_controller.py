@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, Index
+from robojoule.errors import InputError
 from robojoule.motion.controller import PathTiming
 from robojoule.motion.dynamics import PathTorques
 from robojoule.motion.inverse import limits_for
@@ -92,10 +93,24 @@ class LearntPathTiming(PathTiming):
         """Length of a full jerk phase. [s]"""
         return self.controller.filter_time_s
 
-    @property
+    @cached_property
     def dead_time_s(self) -> float:
-        """What every motion takes beyond its time law. [s]"""
-        return self.controller.dead_time_s
+        """What every motion takes beyond its time law. [s]
+
+        Raises:
+            InputError: It is so far below zero that a motion would take no time.
+        """
+        dead_s, rows = self.controller.dead_time_s, self.moving
+        if dead_s < 0.0 and rows.any():
+            velocity, acceleration = self.fastest_velocity[rows], self._first[rows]
+            least_s = float(duration_at_peak_s(velocity, acceleration, self.filter_time_s).min())
+            if least_s + dead_s <= 0.0:
+                raise InputError(
+                    f"a motion of {least_s:.3g} s would take {least_s + dead_s:.3g} s with a dead time of {dead_s:g} s",
+                    key="controller.dead_time_s",
+                    allowed=f"more than {-least_s:.3g} s for these motions",
+                )
+        return dead_s
 
     @property
     def acceleration(self) -> Array:
@@ -167,17 +182,19 @@ class LearntPathTiming(PathTiming):
         return path_law(peak_velocity, acceleration, self.filter_time_s)
 
 
-def path_timing(robot: Robot, torques: PathTorques, path: Path) -> PathTiming:
+def path_timing(robot: Robot, torques: PathTorques, path: Path, like: PathTiming | None = None) -> PathTiming:
     """The timing of a controller: learnt where the robot's file holds that, else from its drives.
 
     Args:
         robot: The controller's model of the robot and its payload.
         torques: Path torques of that model along the motions.
         path: The motions' paths.
+        like: Timing of other motions, whose learnt figures are taken if it has some.
     """
-    if robot.controller is None:
+    controller = like.controller if isinstance(like, LearntPathTiming) else robot.controller
+    if controller is None:
         return PathTiming(robot, torques, path)
-    return LearntPathTiming(robot, torques, path, robot.controller)
+    return LearntPathTiming(robot, torques, path, controller)
 
 
 def least_ratio(limits: Array, steepest_rad: Array) -> Array:

@@ -159,9 +159,12 @@ class MotionPaths:
 
     def subset(self, rows: Index | slice) -> MotionPaths:
         """Some of the motions, in the order given, with the search for their fastest runs already done."""
-        start = self.start_rad[rows]
+        start, path = self.start_rad[rows], self.path.of(rows)
+        if isinstance(path, StraightPath):  # through its ends, so that results keep their last digits
+            path = StraightPath.between(start, start + self.delta_rad[rows])
         controller = None if self.timing.robot is self.robot else self.timing.robot
-        part = MotionPaths(self.robot, start, start + self.delta_rad[rows], controller, self.engines)
+        part = MotionPaths.along(self.robot, path, controller, self.engines)
+        part.timing = path_timing(part.timing.robot, part.timing.torques, path, self.timing)
         part.timing.take_full_speed(self.timing, rows)
         return part
 
@@ -172,7 +175,7 @@ class MotionPaths:
         part.start_rad, part.delta_rad = part.path.start_rad, part.path.delta_rad
         part.motions = len(part.start_rad)
         planned = part.torques if self.timing.torques is self.torques else self.timing.torques.of(rows)
-        part.timing = path_timing(self.timing.robot, planned, part.path)
+        part.timing = path_timing(self.timing.robot, planned, part.path, self.timing)
         part.moving = part.timing.moving
         return part
 

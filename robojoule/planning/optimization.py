@@ -10,13 +10,14 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing import rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_flag, shown
 from robojoule.planning.batch import TreeBatch
 from robojoule.planning.cycle_run import CycleRun, simulate_trees
 from robojoule.planning.cycle_time import cycle_time_s, reserve_s
+from robojoule.planning.learnt_timing import with_learnt_timing
 from robojoule.planning.measured_plans import plan_on_measurements, profiles_of_runs, within_range
 from robojoule.planning.pareto import TradeOff, trade_off_on, trade_offs
 from robojoule.planning.plan import Plan, is_as_good, plan_of, plan_warnings, verify, waiting_until
@@ -236,11 +237,11 @@ def trade_off(
         predictor: What predicts profiles; the reference of the robot if None.
     """
     if runs is None or profiles == "simulated":
+        doubts: tuple[str, ...] = ()
         if runs is not None:
-            robot = batch.robot.variant(controller=identify_timing(batch.paths, runs).controller)
-            batch = TreeBatch(robot, batch.trees, batch.slowest_speed_limit)
+            batch, doubts = with_learnt_timing(batch, runs)
         if profiles == "simulated":
-            return replace(trade_offs(batch)[0], warnings=_timing_doubts(batch))
+            return replace(trade_offs(batch)[0], warnings=(*_timing_doubts(batch), *doubts))
         wish = Wish(0.0, 0.0, 1.0, profiles, cautious, predictor=predictor)
         return trade_off_on(profile_source(batch, wish), batch)
     given = np.array([move.speed_limit_percent / 100.0 for move in batch.trees[0].moves()])

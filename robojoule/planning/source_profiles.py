@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robojoule.arrays import Array, frozen
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import identify_timing, rule_doubts
+from robojoule.calibration.timing import rule_doubts
 from robojoule.calibration.timing_fit import OF_STAMPS
 from robojoule.errors import InputError
 from robojoule.inputs import unknown_name
@@ -17,6 +17,7 @@ from robojoule.motion.blends import BlendedPaths
 from robojoule.motion.simulation import MotionPaths
 from robojoule.motion.tool_motions import ToolMotions
 from robojoule.planning.batch import TreeBatch
+from robojoule.planning.learnt_timing import with_learnt_timing
 from robojoule.planning.measured_plans import check_measured
 from robojoule.planning.optimization import Profiles
 from robojoule.planning.tree_motions import chains_of_tree, check_single_moves, tree_payloads
@@ -104,14 +105,16 @@ def move_profile(
     robot = batch.robot if payload == batch.robot.payload else batch.robot.carrying(payload)
     row = names.index(move)
     if len(vertices[vertex].moves) > 1 or tree.moves()[row].tool_path is not None:
+        if runs is not None:
+            check_single_moves(tree)
         return _whole_profile(robot, batch, vertex, points, profiles)
     start, end = tree.configurations_rad()[row : row + 2]
     if runs is None:
         return motion_profile(robot, start, end, points, profiles, predictor)
     if profiles == "simulated":
-        timing = identify_timing(batch.paths, runs)
-        learnt = simulated_profile(robot.variant(controller=timing.controller), start, end, points)
-        return replace(learnt, doubts=(*learnt.doubts, *rule_doubts(timing.controller.duration_error)))
+        learnt, doubts = with_learnt_timing(batch, runs)
+        by_runs = simulated_profile(robot.variant(controller=learnt.robot.controller), start, end, points)
+        return replace(by_runs, doubts=(*by_runs.doubts, *doubts))
     if profiles == "measured":
         check_measured(batch, runs, [row])
     own = np.unique(runs.speed_limits[runs.motion == row])
@@ -152,8 +155,6 @@ def move_profile(
 def _whole_profile(robot: Robot, batch: TreeBatch, vertex: int, points: int, profiles: Profiles) -> EnergyProfile:
     """The profile of a motion through coarse zones, all of its moves at the same speed limit, or of the tool."""
     tree = batch.trees[0]
-    if profiles == "measured":
-        check_single_moves(tree)
     names, of_tool = batch.graphs[0].vertices[vertex].moves, tool_moves_of_tree(tree)[vertex]
     said = [f"the profile is that of the whole motion through '{names[0]}' to '{names[-1]}'"] if of_tool is None else []
     if profiles == "predicted":

@@ -17,7 +17,7 @@ import numpy as np
 from robojoule.arrays import Array, Index, Mask
 from robojoule.calibration.local_correction import amplitude_of, correction, lasting_amplitude, open_deviation
 from robojoule.calibration.run_model import body_directions, evaluate_runs, run_parameters
-from robojoule.calibration.run_table import MeasuredRuns
+from robojoule.calibration.run_table import MeasuredRuns, energy_step_of
 from robojoule.calibration.timing import checked_durations, fit_all
 from robojoule.calibration.timing_fit import OF_STAMPS, RELATIVE_ERROR, Durations, RuleFit, best_rules, rule_scores
 from robojoule.motion.path_integrals import PathIntegrals
@@ -144,7 +144,7 @@ def measured_profiles(paths: MotionPaths, runs: MeasuredRuns, speed_limits: Arra
         speed_limits: Speed limits that the controller takes, rising, shape (S,). [-]
 
     Raises:
-        InputError: A run of a motion of no length.
+        InputError: The runs cannot be of these motions; see `robojoule.calibration.run_checks`.
     """
     durations = checked_durations(paths, runs)
     fits = fit_all(paths, durations, one_speed=np.unique(runs.speed_limits).size == 1)
@@ -273,17 +273,20 @@ class Measurement:
             at = np.stack([curves(np.log(p))[m] for m, p in zip(motion.tolist(), limits.tolist(), strict=True)])
             model, along = at[:, 1] + active_w * (runs.duration_s[known] - at[:, 0]), at[:, 2:]
             # Where the rule misses durations, it misses accelerations, and energies with them.
-            noise = float(np.linalg.norm([ENERGY_NOISE, MODEL_NOISE, min(controller.duration_error, MOST_DOUBT)]))
+            doubt = float(np.linalg.norm([ENERGY_NOISE, MODEL_NOISE, min(controller.duration_error, MOST_DOUBT)]))
+            stepped = OF_STAMPS * energy_step_of(runs.energy_j) / np.abs(model)  # of a meter: two readings a run
+            noise = np.hypot(doubt, stepped)
             scaled = along / model[:, None]
             residual = runs.energy_j[known] / model - 1.0
             across = covariance @ scaled.T
-            inner = scaled @ across + noise**2 * np.eye(known.size)
+            inner = scaled @ across + np.diag(noise**2)
             gain = np.linalg.solve(inner, across.T).T
             step = gain @ residual
             covariance = covariance - gain @ across.T
             left = np.log(np.maximum(runs.energy_j[known] / np.maximum(model + along @ step, 1e-9), 1e-9))
-            noises = np.full(known.size, ENERGY_NOISE)
-            amplitude = amplitude_of(left, noises)
+            noises = np.hypot(ENERGY_NOISE, stepped)
+            told = noises <= 2.0 * noises.min()  # what a meter hardly sees says nothing of what all moves have
+            amplitude = amplitude_of(left[told], noises[told])
             mean, spread = correction(motion, limits, left, noises, grid, paths.motions, amplitude)
             energy = (energy + jacobian @ step) * np.exp(mean)
             jacobian = jacobian * np.exp(mean)[..., None]
@@ -353,5 +356,5 @@ def _at_limits(grid: Array, table: Array, runs: MeasuredRuns, rows: Index | slic
 
 
 def _inflation(fit: RuleFit, place: int) -> float:
-    """Reciprocal of the share of freedom that a fit leaves to its residuals, as leaving motions out shows. [-]"""
+    """By how much residuals count for more where their rule misses motions left out by more than noise. [-]"""
     return 1.0 if fit.excess[place] <= 1.0 else 1.5

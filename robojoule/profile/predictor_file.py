@@ -13,6 +13,7 @@ from pydantic import Field
 from robojoule.calibration.run_fit import Calibration
 from robojoule.calibration.run_model import run_parameters
 from robojoule.documents import Document, load, write_document
+from robojoule.inputs import as_path
 from robojoule.profile.array_file import ARRAYS, DESCRIPTION, Arrays, read_arrays, write_arrays
 from robojoule.profile.predicted import ProfilePredictor
 from robojoule.profile.residual import Residual, no_residual
@@ -65,7 +66,7 @@ def load_profile_predictor(folder: str | Path) -> ProfilePredictor:
     Raises:
         InputError: A file is missing, truncated or does not hold a profile predictor.
     """
-    folder = Path(folder)
+    folder = as_path(folder, "model")
     described = load(ProfilePredictorFile, folder / DESCRIPTION)
     return read_arrays(folder / ARRAYS, partial(_assemble, described))
 

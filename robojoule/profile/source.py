@@ -1,4 +1,4 @@
-"""Where the energy profiles of motions come from: one protocol for simulated, predicted and, later, measured ones."""
+"""Where the energy profiles of motions come from: one protocol for simulated, predicted and measured ones."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 AccelerationRule = Literal["torque_limited", "joint_accelerations", "leading_axis"]
 MOST_EXPONENT = 3.0
 MOST_DEAD_TIME_S = 1.0
+MOST_AHEAD_S = 0.1  # by which motions may take less than their time law: how ends are told apart from rest
 _Limit = Annotated[float, Field(ge=1e-6, le=1e6)]
 
 
@@ -44,7 +45,7 @@ class ControllerFile(Document):
     acceleration_factor: _Limit = Field(default=1.0, description="Times the torque-limited acceleration. [-]")
     acceleration_exponent: Annotated[float, Field(ge=0, le=MOST_EXPONENT)] = 0.0
     filter_time_s: Annotated[float, Field(ge=1e-6, le=10)] = Field(description="Length of a jerk phase. [s]")
-    dead_time_s: Annotated[float, Field(ge=-MOST_DEAD_TIME_S, le=MOST_DEAD_TIME_S)] = Field(
+    dead_time_s: Annotated[float, Field(ge=-MOST_AHEAD_S, le=MOST_DEAD_TIME_S)] = Field(
         default=0.0, description="What every motion takes beyond its time law. [s]"
     )
     least_cruise_share: Annotated[float, Field(ge=0, lt=1)] = 0.0

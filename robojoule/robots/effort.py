@@ -12,7 +12,6 @@ from robojoule.robots.recursion import mass_diagonal, path_points
 from robojoule.robots.robot import Payload, Robot
 from robojoule.robots.robot_file import RobotFile
 
-PAYLOAD_COM_M = (0.0, 0.0, 0.1)
 SIX_ROLES = (0, 1, 2, 3, 4, 5)
 _CONFIGURATIONS = 500
 
@@ -84,7 +83,7 @@ def needs(file: RobotFile) -> tuple[Array, Array]:
     Returns:
         Two arrays of shape (n,), over seeded random configurations.
     """
-    robot = Robot(file, Payload(file.rated_payload_kg, PAYLOAD_COM_M))
+    robot = Robot(file, Payload(file.rated_payload_kg))
     rng = np.random.default_rng(0)
     configurations = rng.uniform(robot.lower_rad, robot.upper_rad, (_CONFIGURATIONS, robot.joint_count))
     gravity = path_points(robot.mechanism, configurations.T, np.zeros_like(configurations.T))[2]

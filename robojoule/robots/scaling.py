@@ -333,9 +333,9 @@ def rebuilt_entries() -> dict[str, dict[str, Any]]:
     scaling = load_scaling()
     for name, file in list(scaling.files.items()):  # scaled efforts first: installed power depends on them
         if file.provenance["effort"].kind == "scaled":
-            limits = iter(scaling.effort_nm(name))
+            efforts = iter(scaling.effort_nm(name))
             joints = [
-                j if j.type == "fixed" else j.model_copy(update={"effort_nm": rounded(next(limits))})
+                j if j.type == "fixed" else j.model_copy(update={"effort_nm": rounded(next(efforts))})
                 for j in file.joints
             ]
             scaling.files[name] = file.model_copy(update={"joints": joints})

@@ -75,3 +75,19 @@ def test_time_stamps_become_a_column(tmp_path):
     path = tmp_path / "log.tsv"
     path.write_text("time_s\tx\n2025-03-01 12:00:00.000\t1\n2025-03-01 12:00:00.004\t2\n", encoding="utf-8")
     assert np.diff(read_table(path).column("time_s")) == pytest.approx([0.004])
+
+
+@pytest.mark.parametrize("unit", ["Nm", "N\u00b7m", "N\u22c5m", "[N m]", "nm"])
+def test_spellings_of_a_unit(tmp_path, unit):
+    path = tmp_path / "log.csv"
+    path.write_text(f"time_s,q1_torque_nm\ns,{unit}\n0,1\n1,2\n", encoding="utf-8")
+    assert read_table(path).column("q1_torque_nm").tolist() == [1.0, 2.0]
+
+
+def test_units_of_columns_that_nobody_asks_for_do_not_matter(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,temp_a\ns,\u00b0C\n0,1\n1,2\n", encoding="utf-8")
+    table = read_table(path)
+    assert table.column("time_s").tolist() == [0.0, 1.0]
+    with pytest.raises(InputError, match=r"temp_a: the row of units says '\u00b0C'; allowed: A"):
+        table.column("temp_a")

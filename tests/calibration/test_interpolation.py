@@ -46,6 +46,14 @@ def test_cubics_through_positions_and_velocities_are_exact():
     assert np.trapezoid(log.power_w, t) == pytest.approx(np.trapezoid(5.0 + time, time), rel=1e-14)
 
 
+def test_speed_limits_hold_from_sample_to_sample():
+    time, limit = np.array([0.0, 0.04, 0.08]), np.array([1.0, 0.5, 0.5])
+    log = MeasuredLog("log", time, time[:, None], time, velocity_rad_s=np.ones((3, 1)), speed_limit=limit)
+    fine = interpolated(log)
+    assert fine.speed_limit.shape == fine.time_s.shape
+    assert (fine.speed_limit == np.where(fine.time_s < 0.04 - 1e-9, 1.0, 0.5)).all()
+
+
 def test_dense_logs_and_those_without_velocities_stay_as_they_are(robot):
     log, _ = recorded(1, 3, rate_hz=250.0)
     assert not is_sparse(log)

@@ -45,3 +45,19 @@ def test_identification_holds_with_a_late_meter_and_says_so(columns):
     assert late.held_out.r2 > punctual.held_out.r2 - 0.005
     assert any("later than the positions" in warning for warning in late.warnings)
     assert not any("later than the positions" in warning for warning in punctual.warnings)
+
+
+def test_a_meter_that_is_ahead_is_said_to_be(columns):
+    found = rj.identify(log_of(columns, -0.04), rj.load_robot(ROBOT, payload_kg=10))
+    assert any("the power comes 40 ms earlier than the positions" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("lag_s", [0.5, 0.8, -2.0])
+def test_a_lag_that_is_not_told_is_not_put_right(columns, lag_s):
+    """Beyond half a second there is no lag that explains the power: the best of the others says nothing."""
+    robot = rj.load_robot(ROBOT, payload_kg=10)
+    late = log_of(columns, lag_s)
+    assert meter_lag(late, robot).lag_s == 0.0
+    found = rj.identify(late, robot)
+    assert not any("than the positions" in warning for warning in found.warnings)
+    assert "poor fit" in found.warnings[0]

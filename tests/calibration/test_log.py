@@ -208,3 +208,17 @@ def test_a_long_text_in_every_row_is_read_once(tmp_path):
     before = pa.total_allocated_bytes()
     table = read_table(path)
     assert len(table.column("time_s")) == rows and pa.total_allocated_bytes() - before < 10_000_000
+
+
+@pytest.mark.parametrize(
+    ("time", "message"),
+    [
+        (np.where(np.arange(N) == 60, 0.1, TIME), "time falls at row 66"),
+        (GAP, "gap of 0.504 s after row 205 (t = 0.7960 s)"),
+    ],
+)
+def test_rows_in_messages_are_those_of_the_file_where_packets_came_twice(tmp_path, robot, time, message):
+    twice = np.sort(np.append(np.arange(N), [20] * 5))
+    table = {name: np.asarray(values)[twice] for name, values in columns(time_s=time).items()}
+    with pytest.raises(InputError, match=re.escape(message)):
+        read_log(save(tmp_path, table), robot)

@@ -69,3 +69,14 @@ def test_repetitions_must_be_alike(case):
     ):
         check_runs(paths, again)
     check_runs(paths, runs.joined(replace(runs, duration_s=1.05 * runs.duration_s)))
+
+
+@pytest.mark.parametrize("energy_j", [0.0, -5.0])
+def test_a_small_move_that_draws_nothing_is_refused(case, energy_j):
+    """A move so short that the others say nothing of its share: a meter that reads whole kilojoules shows none."""
+    paths, _ = case
+    short = type(paths)(paths.robot, paths.start_rad, paths.start_rad + paths.delta_rad * [[1], [1], [1], [0.02]])
+    seen = observed(short, joint_controller(paths.robot), (1.0, 0.4))
+    check_runs(short, seen)
+    with pytest.raises(InputError, match=r"row 8 took .* J, where the robot's entry draws .*empty where it was not"):
+        check_runs(short, replace(seen, energy_j=with_row(seen.energy_j, 7, energy_j)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robojoule.calibration.run_table import is_run_table, read_runs, resolution_of
+from robojoule.calibration.run_table import energy_step_of, is_run_table, read_runs, resolution_of
 from robojoule.errors import InputError
 
 MOVES = ["to part", "lift", "home"]
@@ -61,8 +61,23 @@ def test_what_cannot_be_used_is_refused_with_its_place(tmp_path, changed, messag
         read_runs(written(tmp_path, PLAIN.replace(*changed, 1)), MOVES)
 
 
+def test_runs_cannot_be_changed(tmp_path):
+    runs = read_runs(written(tmp_path, PLAIN), MOVES)
+    for name in ("motion", "speed_limits", "duration_s", "energy_j"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(runs, name)[0] = 1
+
+
 def test_the_resolution_is_read_off_the_figures():
     assert resolution_of(np.array([0.8, 1.2, 1.3, 2.4, 0.9])) == pytest.approx(0.1)
     assert resolution_of(np.array([0.804, 1.2, 1.348, 2.4, 0.916])) == pytest.approx(0.004)
     assert resolution_of(np.array([0.8041, 1.2, 1.348, 2.4, 0.916])) < 0.001
+    assert resolution_of(np.array([0.7, 0.9, 0.6])) == pytest.approx(0.1)  # a stopwatch and a program of three moves
     assert resolution_of(np.array([1.0, 2.0])) < 0.001  # too few to judge
+
+
+def test_the_step_of_a_meter_is_read_off_the_figures():
+    assert energy_step_of(np.array([700.0, 1200.0, np.nan, 100.0])) == 100.0
+    assert energy_step_of(np.array([712.0, 1203.0, 88.0])) == 1.0
+    assert energy_step_of(np.array([712.4, 1203.0, 88.0])) == 0.0
+    assert energy_step_of(np.array([700.0, np.nan, np.nan])) == 0.0  # too few to judge

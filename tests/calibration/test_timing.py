@@ -5,6 +5,7 @@ import pytest
 
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.timing import identify_timing
+from robojoule.calibration.timing_rules import OWN, candidates
 from robojoule.errors import InputError
 from robojoule.robots.controller_file import ControllerTiming
 from robojoule.robots.robot import Payload, Robot
@@ -127,3 +128,57 @@ def test_nothing_is_confounded_by_noise_of_a_stopwatch(paths):
     truth = fresh.with_controller(joint_controller(paths.robot)).durations([0.5])
     said = fresh.with_controller(found.controller).durations([0.5])
     assert np.abs(said.sum() / truth.sum() - 1.0) < 0.02
+
+
+def as_the_entry_says(scatter, seed):
+    """Four moves, one of them short, at two speeds: too few to tell eight figures, and no need to."""
+    paths, _ = closed_cycle(moves=4)
+    paths = type(paths)(paths.robot, paths.start_rad, paths.start_rad + paths.delta_rad * [[1], [1], [0.03], [1]])
+    limits = (1.0, 0.4)
+    seconds = paths.durations(limits)
+    seconds = seconds * (1.0 + scatter * np.random.default_rng(seed).standard_normal(seconds.shape))
+    moves, none = np.tile(np.arange(4), 2), np.full(8, np.nan)
+    runs = MeasuredRuns("runs", moves, np.repeat(limits, 4), seconds.T.ravel(), none, 0.001)
+    return paths, identify_timing(paths, runs)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.003])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_machine_that_is_as_its_entry_says_is_taken_for_that(scatter, seed):
+    paths, found = as_the_entry_says(scatter, seed)
+    assert found.rule == OWN
+    assert found.held_out_error_percent == pytest.approx(found.nominal_error_percent, abs=1e-4)
+    assert found.controller.velocity_rad_s == pytest.approx(paths.robot.velocity_rad_s)
+    assert not found.is_good and found.robot_file().controller is None
+    assert found.warnings == ("the entry's own timing meets the runs as well as any rule, so it is kept",)
+    assert found.parameters == ()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_rule_is_chosen_that_misses_motions_left_out_by_far_more_than_the_entry(seed):
+    """Runs that scatter by six times of what stamps let expect, which leads some of the rules far off."""
+    _, found = as_the_entry_says(0.012, seed)
+    assert found.held_out_error_percent < 3.0 * found.nominal_error_percent < 6.0
+    assert max(rule.held_out_error_percent for rule in found.rules) > 10.0
+
+
+@pytest.mark.parametrize("rule", ["torque_limited", "joint_accelerations", "leading_axis", None])
+def test_the_entry_s_own_timing_is_that_of_its_paths(paths, rule):
+    """Also where the entry is a machine whose timing was learnt before."""
+    robot, limits = paths.robot, np.array([1.0, 0.6, 0.25])
+    if rule is not None:
+        learnt = ControllerTiming(
+            rule=rule,
+            velocity_rad_s=0.9 * robot.velocity_rad_s if rule != "leading_axis" else np.full(robot.joint_count, 1.1),
+            acceleration_rad_s2=None if rule == "torque_limited" else np.full(robot.joint_count, 3.0),
+            acceleration_factor=0.8 if rule == "torque_limited" else 1.0,
+            acceleration_exponent=0.7,
+            filter_time_s=0.06,
+            dead_time_s=0.01,
+        )
+        robot = robot.variant(controller=learnt)
+    own_paths = type(paths)(robot, paths.start_rad, paths.start_rad + paths.delta_rad)
+    (own,) = (one for one in candidates(own_paths) if one.is_own)
+    motion = np.repeat(np.arange(paths.motions), limits.size)
+    found, _ = own.evaluate(own.mean[None], motion, np.tile(limits, paths.motions)[None])
+    assert found.reshape(-1, limits.size) == pytest.approx(own_paths.durations(limits), rel=1e-6)

@@ -19,6 +19,7 @@ class LinearRule:
     mean: np.ndarray = field(default_factory=lambda: np.array([0.5, 0.2]))
     spread: np.ndarray = field(default_factory=lambda: np.array([0.3, 0.1]))
     exponent = None
+    is_own = False
 
     def evaluate(self, x, motion, limits):
         return x @ self.slopes.T, np.broadcast_to(self.slopes, (len(x), *self.slopes.shape))

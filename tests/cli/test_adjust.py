@@ -8,6 +8,7 @@ import pytest
 from robojoule.cli import main
 from robojoule.formats.program import load_program
 from robojoule.motion.simulation import MotionPaths
+from robojoule.robots import load_robot
 from tests.calibration.machines import joint_controller
 from tests.core_cases import kr16
 
@@ -92,8 +93,11 @@ def test_timing_is_identified_from_the_same_table(program, runs, tmp_path, capsy
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["adjust", "PROGRAM"], "what the trial gave is needed"),
-        (["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"], "does not go with runs, which tell more"),
+        (["adjust", "PROGRAM"], "neither a measured cycle nor runs are given"),
+        (
+            ["adjust", "PROGRAM", "--measured-cycle", "7", "--runs", "RUNS"],
+            "both a measured cycle and runs are given",
+        ),
         (["adjust", "PROGRAM", "--runs", "RUNS"], "--cycle-time: the program does not say for which cycle time it was"),
         (["adjust", "PROGRAM", "--measured-cycle", "7"], "--cycle-time: the program does not say for which cycle time"),
         (["optimize", "PROGRAM", "--cycle-time", "9", "--reserve", "10s"], "is not a valid reserve"),
@@ -112,3 +116,47 @@ def test_what_does_not_go_together_is_refused(program, runs, capsys, words, mess
     named = {"PROGRAM": str(program), "RUNS": str(runs)}
     assert main([*(named.get(word, word) for word in words), *ROBOT]) == 2
     assert message in capsys.readouterr().err
+
+
+URSCRIPT = """def prog():
+  set_tcp(p[0,0,0.1,0,0,0])
+  movej([0,-1.57,1.57,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej(p[0.4,0.1,0.5,0,3.14,0],a=1.4,v=1.05)
+  movej([0.5,-1.2,1.2,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej([0.9,-1.2,1.5,-1.57,-1.57,0],a=1.4,v=1.05)
+  movej([0,-1.57,1.57,-1.57,-1.57,0],a=1.4,v=1.05)
+end
+"""
+
+
+def test_timing_of_a_program_with_poses_is_identified(tmp_path, capsys):
+    """Poses of the tool need the robot, which is given."""
+    script, table = tmp_path / "v.script", tmp_path / "runs.csv"
+    script.write_text(URSCRIPT, encoding="utf-8")
+    robot = load_robot("ur_ur10e")
+    known = load_program(script).for_robot(robot)
+    points = known.tree.configurations_rad()
+    durations = MotionPaths(robot, points[:-1], points[1:]).durations([1.0, 0.5])
+    lines = ["move,speed_limit_percent,duration_s"]
+    for place, limit in enumerate((100, 50)):
+        seconds = zip(known.moves, 1.05 * durations[:, place], strict=True)
+        lines += [f"{move.name},{limit},{taken:.3f}" for move, taken in seconds]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert main(["identify", str(table), "--program", str(script), "--robot", "ur_ur10e", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["timing"]["motions"] == len(known.moves)
+
+
+def test_runs_that_the_entry_explains_leave_it_as_it_is(program, tmp_path, capsys):
+    table, out = tmp_path / "runs.csv", tmp_path / "mine.json"
+    read = load_program(program)
+    points = read.tree.configurations_rad()
+    lines = ["move,speed_limit_percent,duration_s"]
+    for limit in (1.0, 0.3):
+        seconds = MotionPaths(kr16(), points[:-1], points[1:]).durations([limit])[:, 0]
+        lines += [f"{move.name},{100 * limit:g},{taken:.3f}" for move, taken in zip(read.moves, seconds, strict=True)]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    words = ["identify", str(table), "--program", str(program), "--out", str(out), *ROBOT]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert ": the entry's own" in shown and "so it is kept" in shown
+    assert json.loads(out.read_text(encoding="utf-8"))["controller"] is None

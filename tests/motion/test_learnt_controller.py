@@ -5,6 +5,7 @@ import pytest
 
 from robojoule.errors import InputError
 from robojoule.motion.path_integrals import PathIntegrals
+from robojoule.motion.series_path import SeriesPath
 from robojoule.motion.simulation import Engines, MotionPaths
 from robojoule.robots.controller_file import ControllerTiming
 from tests.calibration.machines import RAMPS_S, joint_controller
@@ -109,6 +110,37 @@ def test_some_motions_of_many_keep_their_timing():
     learnt = robot.variant(controller=joint_controller(robot))
     paths = MotionPaths(learnt, start, end)
     assert paths.subset(np.array([3, 1])).durations([0.4]) == pytest.approx(paths.durations([0.4])[[3, 1]])
+
+
+@pytest.mark.parametrize("some", [MotionPaths.subset, MotionPaths.known])
+def test_some_motions_keep_a_timing_that_the_robot_s_file_does_not_have(some):
+    robot = kr16()
+    paths = MotionPaths(robot, *random_motions(robot, 5))
+    learnt = paths.with_controller(joint_controller(robot, dead_s=0.03))
+    rows = np.array([3, 1])
+    part = some(learnt, rows)
+    assert part.durations([0.4, 1.0]) == pytest.approx(learnt.durations([0.4, 1.0])[rows])
+    assert part.simulate([0.4]).energy_j == pytest.approx(learnt.simulate([0.4]).energy_j[rows])
+
+
+def test_some_curved_motions_stay_curved():
+    robot = kr16()
+    bend = np.zeros((3, robot.joint_count, 3))
+    bend[:, :, 0], bend[:, :, 1], bend[:, :, 2] = robot.home_rad, 0.2, 0.05
+    bend[:, :, 1] *= [[1.0], [1.5], [2.0]]
+    paths = MotionPaths.along(robot, SeriesPath(bend))
+    found = paths.subset(np.array([2, 0])).simulate([0.5])
+    assert found.energy_j == pytest.approx(paths.simulate([0.5]).energy_j[[2, 0]])
+
+
+def test_a_dead_time_below_that_of_a_motion_is_refused(paths):
+    learnt = paths.with_controller(by_the_drives(paths.robot, dead_time_s=-0.01))
+    assert learnt.durations([0.5]) == pytest.approx(paths.durations([0.5]) - 0.01 * paths.moving[:, None])
+    least_s = float(paths.durations([1.0])[paths.moving].min())
+    early = paths.with_controller(by_the_drives(paths.robot, dead_time_s=-1.1 * least_s))
+    for call in (early.durations, early.simulate):
+        with pytest.raises(InputError, match=r"controller.dead_time_s: a motion of .* s would take -.* s with a dead"):
+            call([0.5])
 
 
 def test_a_motion_of_no_length_takes_no_time():

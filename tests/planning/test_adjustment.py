@@ -62,7 +62,7 @@ def test_runs_tell_move_by_move(case):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({}, "what the trial gave is needed"),
+        ({}, "neither a measured cycle nor runs are given"),
         ({"measured_cycle": -1.0}, "measured_cycle: -1 is out of range"),
         ({"measured_cycle": 0.01}, "times as long as simulated"),
         ({"measured_cycle": 1e4}, "times as long as simulated"),

@@ -12,6 +12,7 @@ from tests.core_cases import kr16
 from tests.planning.blended_trees import carrying, there_and_back
 
 MOVE, ROW = "move-04", 3
+ONE_RUN = MeasuredRuns("runs.csv", np.zeros(1, dtype=int), *np.ones((3, 1)), resolution_s=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,7 @@ def test_predicted_profiles_hold_the_simulation_in_their_interval(cycle):
 @pytest.mark.parametrize(
     "named, message",
     [
-        ({}, "start: joint positions must be numbers"),
+        ({}, "a profile is that of a motion or of a move of a program; allowed: start and end, or program and move"),
         ({"move": MOVE}, "a profile is that of a motion or of a move"),
         ({"runs": "runs.csv"}, "a profile is that of a motion or of a move"),
         ({"program": True}, "which move of the program is not said"),
@@ -109,9 +110,13 @@ def test_a_motion_through_coarse_zones_has_one_profile():
     predicted = rj.energy_profile(robot, program=given, move="a", profiles="predicted")
     assert predicted.energies_j == pytest.approx(found.energies_j)
     assert any("predictors know straight motions only" in text for text in predicted.warnings)
+
+
+@pytest.mark.parametrize("profiles", ["simulated", "predicted", "measured"])
+def test_runs_of_motions_through_coarse_zones_are_refused_not_left_out(profiles):
+    robot, given = kr16(), there_and_back({"radius_m": 0.08})
     with pytest.raises(InputError, match="move 'a' has a coarse zone"):
-        table = MeasuredRuns("runs.csv", np.zeros(1, dtype=int), *np.ones((3, 1)), resolution_s=0.01)
-        rj.energy_profile(robot, program=given, move="a", runs=table)
+        rj.energy_profile(robot, program=given, move="a", runs=ONE_RUN, profiles=profiles)
 
 
 def test_a_move_has_the_profile_of_what_is_carried():

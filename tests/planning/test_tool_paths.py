@@ -14,6 +14,7 @@ from robojoule.planning.batch import TreeBatch
 from robojoule.planning.path_checks import collision_warnings
 from robojoule.planning.tree_motions import check_single_moves
 from robojoule.programs.tool_moves import tool_moves_of_tree
+from tests.calibration.machines import joint_controller
 from tests.core_cases import kr16
 
 ENDS_DEG = [(0, -70, 90, 0, 50, 0), (20, -65, 90, 0, 50, 0)]
@@ -124,3 +125,16 @@ def test_the_way_of_the_tool_is_looked_at_for_collisions():
     assert collision_warnings(welding("joint", ends=ends).tree, kr16()) == ()
     found = collision_warnings(welding("linear", ends=ends).tree, kr16())
     assert any(one.startswith("link_1 touches link_6 in move 'seam'") for one in found)
+
+
+def test_what_a_learnt_timing_does_not_change_is_told():
+    """It knows limits of joints: paths of the tool take its dead time and nothing else."""
+    learnt = kr16().variant(controller=joint_controller(kr16(), dead_s=0.02))
+    run, before = rj.simulate(welding(), learnt), rj.simulate(welding(), kr16())
+    assert run.durations_s[0] == pytest.approx(before.durations_s[0] + 0.02)
+    told = "paths of the tool take the dead time of the learnt timing alone"
+    assert any(told in warning for warning in run.warnings)
+    plan = rj.optimize(welding(), learnt, cycle_time="+20%")
+    assert any(told in warning for warning in plan.warnings)
+    for found in (before, rj.simulate(welding("joint"), learnt)):
+        assert not any(told in warning for warning in found.warnings)

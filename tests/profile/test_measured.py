@@ -100,3 +100,22 @@ def test_a_pass_is_every_move_once(paths):
         energy_j=runs.energy_j[:15],
     )
     assert last_pass(half, paths.moving) is None
+
+
+def test_a_meter_in_coarse_steps_does_not_make_small_moves_sure():
+    """Of a move of 40 J read in steps of 20 J little is known, and the others' profiles do not suffer."""
+    paths, _ = closed_cycle(moves=6)
+    share = np.ones((6, 1))
+    share[3] = 0.02
+    paths = MotionPaths(paths.robot, paths.start_rad, paths.start_rad + share * paths.delta_rad)
+    machine = joint_controller(paths.robot)
+    runs = observed(paths, machine, (1.0, 0.3))
+    read = np.maximum(np.round(runs.energy_j / 20.0), 1.0) * 20.0
+    truth = paths.with_controller(machine).simulate(LIMITS).energy_j
+    found = measured_profiles(paths, replace(runs, energy_j=read), LIMITS)
+    others = np.arange(6) != 3
+    assert np.abs(found.energy_j[others] / truth[others] - 1.0).max() < 0.03
+    shared = np.einsum("sp,pq,sq->s", found.energy_gradient_j[3], found.energy_covariance, found.energy_gradient_j[3])
+    sure = np.sqrt(shared + found.energy_deviation_j[3] ** 2)
+    assert (np.abs(found.energy_j[3] - truth[3]) < 2.6 * sure + 0.01 * truth[3]).all()
+    assert found.energy_deviation_j[others].mean() / truth[others].mean() < 0.03
