@@ -12,8 +12,7 @@ if TYPE_CHECKING:
 
 def payloads_kg(program: Program, robot: Robot) -> list[float]:
     """What the robot carries in the moves of a program, each once, in the order of the moves. [kg]"""
-    carried = program.for_robot(robot).tree.payloads()
-    return list(dict.fromkeys(float((robot.payload if one is None else one).mass_kg) for one in carried))
+    return program.for_robot(robot).tree.payloads_kg(float(robot.payload.mass_kg))
 
 
 def show_head(result: dict[str, Any]) -> None:

@@ -63,7 +63,7 @@ BAD = {
         ["simulate", "feeder.src"],
         "line 7: the target of the motion is a place of the tool, which needs a rob",
     ),
-    "a wait that is none": (["simulate", "feeder.src", *ROBOT, "--wait", "7=1"], "line 7: nothing of unknown length"),
+    "a wait that is none": (["simulate", "feeder.src", *ROBOT, "--wait", "7=1"], "line 7: there is no wait of unknown"),
     "a wait without length": (["simulate", "feeder.src", *ROBOT, "--wait", "6"], "--wait: '6' is not a wait"),
     "a tool of two numbers": (["simulate", "feeder.src", *ROBOT, "--tool", "1,2"], "--tool: 2 numbers are not a frame"),
     "no such data": (["simulate", "feeder.src", *ROBOT, "--controller-data", "no.yaml"], "there is no such file"),

@@ -78,7 +78,8 @@ class VendorSource:
         for line in given:
             if line not in open_lines:
                 known = ", ".join(map(str, open_lines)) or "there is none"
-                raise InputError("nothing of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+                problem = "there is no wait of unknown length on this line"
+                raise InputError(problem, key=f"line {line}", allowed=f"lines: {known}")
         events: list[Event] = []
         for one in trace.events:
             if isinstance(one, Wait) and _is_open(one) and one.line in given:

@@ -92,7 +92,7 @@ def read_source(path: Path) -> SourceText:
     """
     content = read_bytes(path, _MOST_BYTES)
     if b"\0" in content:
-        raise InputError("the file is not a text of one byte for each letter", file=path, allowed="ANSI or UTF-8 text")
+        raise InputError("the file is not 8-bit text", file=path, allowed="ANSI or UTF-8 text")
     try:
         return SourceText(path, content.decode("utf-8"), "utf-8")
     except UnicodeDecodeError:
