@@ -6,19 +6,19 @@ The search takes any executor of `concurrent.futures`; this one makes a task of 
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from prefect import flow
 
+from flows.command import told
 from flows.executor import TaskExecutor
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
-from robojoule.errors import InputError, RobojouleError
+from robojoule.errors import InputError
 from robojoule.formats.cells import load_cells
 from robojoule.planning.cells.plan import CellPlan
-from robojoule.planning.cells.plan_files import write_plans
+from robojoule.planning.cells.plan_files import check_plan_file, write_plans
 from robojoule.planning.cells.solve import GAP_PERCENT, TIME_LIMIT_S, solve_cell
 from robojoule.programs.cell import Cell
 
@@ -60,6 +60,20 @@ def plan_cell(
     return chosen(cell, time_limit_s, gap_percent, seeds, seed)
 
 
+def searched_cells(path: Path) -> list[Cell]:
+    """The cells of a file.
+
+    Raises:
+        InputError: See `load_cells`; or one is a cell of robots, which another command plans.
+    """
+    cells = []
+    for cell in load_cells(path):
+        if not isinstance(cell, Cell):
+            raise InputError("this cell is of robots' programs: use `robojoule cell`", file=path)
+        cells.append(cell)
+    return cells
+
+
 def main() -> None:
     """Plan the cells of a file from the command line."""
     parser = argparse.ArgumentParser(prog="python -m flows.cells", description=__doc__.splitlines()[0])
@@ -70,8 +84,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the first one (default: 0)")
     add_runner(parser, "processes")  # as many seeds at once as there are workers
     arguments = parser.parse_args()
-    try:
-        cells = [cell for cell in load_cells(arguments.cell) if isinstance(cell, Cell)]
+    with told("flows.cells"):
+        check_plan_file(arguments.out)
+        cells = searched_cells(arguments.cell)
         task_runner(arguments.runner, arguments.workers, arguments.address)  # refused before a server is started
         with prefect_server(Layout()):
             plans = [
@@ -87,9 +102,6 @@ def main() -> None:
                 for cell in cells
             ]
         write_plans(plans, arguments.out)
-    except RobojouleError as error:
-        print(f"flows.cells: {error}", file=sys.stderr)
-        raise SystemExit(2 if isinstance(error, InputError) else 1) from None
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from flows.service import Service, answers
+from flows.command import told
+from flows.service import ProcessFile, Service, answers
 from reproduction.layout import Layout
 from reproduction.settings import address
 from reproduction.tracking.store import open_store
@@ -62,7 +63,7 @@ def services(layout: Layout) -> list[Service]:
             health=f"{worker_address()}/health",
             grace_s=40.0,
         ),
-        service("inbox-watch", [*python, "flows.inbox"], environment=environment),
+        service("inbox-watch", [*python, "flows.inbox"], environment=environment, ready="looks into"),
     ]
 
 
@@ -154,18 +155,21 @@ def _run(layout: Layout, *words: str) -> None:
     )
     if done.returncode != 0:
         lines = [line.strip() for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        raise RobojouleError(f"`python {' '.join(words)}` failed: {lines[-1] if lines else 'it said nothing'}")
+        raise RobojouleError(f"`python {' '.join(words)}` failed: {lines[-1] if lines else 'no output'}")
 
 
 def run_here(layout: Layout, name: str) -> None:
     """Become one of the programs, for a service manager that starts and ends each of them itself (deploy/).
 
-    The worker waits for its server, makes the deployments and closes what was cut off with the last worker.
+    The worker waits for its server, makes the deployments and closes what was cut off with the last worker. The process
+    is noted as those of `up` are, so that `status` and `deploy/activate` know of it.
 
     Raises:
-        RobojouleError: The server does not answer, or the deployments are refused.
+        RobojouleError: It runs already, the server does not answer, or the deployments are refused.
     """
     (service,) = [one for one in services(layout) if one.name == name]
+    if service.process() is not None:
+        raise RobojouleError(f"{name} runs already")
     if name == "mlflow-server":
         prepare_mlflow(layout)
     if name == "prefect-worker":
@@ -177,6 +181,7 @@ def run_here(layout: Layout, name: str) -> None:
         deploy(layout)
         close_lost(layout)
     (layout.desk_dir / "prefect").mkdir(parents=True, exist_ok=True)
+    service.note(ProcessFile.of(os.getpid(), managed=True))  # the number stays
     os.chdir(service.cwd)
     os.execve(service.command[0], list(service.command), {**os.environ, **service.environment})
 
@@ -192,7 +197,8 @@ def down(layout: Layout) -> None:
         ended = service.stop()
         if ended and service.name == "prefect-worker" and answers(f"{address('prefect')}/api/health"):
             close_lost(layout)  # a run that was cut off counts as one, and frees its slot, from now on
-        print(f"{service.name:<15} {'ended' if ended else 'does not run'}", flush=True)
+        left = "runs on, as its service manager started it" if service.process() else "does not run"
+        print(f"{service.name:<15} {'ended' if ended else left}", flush=True)
 
 
 def status(layout: Layout) -> bool:
@@ -202,7 +208,8 @@ def status(layout: Layout) -> bool:
         process = service.process()
         every = every and process is not None
         if process is None:
-            said = "was killed" if service.noted() else "does not run"
+            noted = service.noted()
+            said = "was killed" if noted and not noted.managed else "does not run"
         else:
             since = datetime.fromtimestamp(process.create_time()).strftime("%Y-%m-%d %H:%M")
             said = f"runs since {since} as process {process.pid}"
@@ -219,7 +226,7 @@ def main() -> None:
     parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
     arguments = parser.parse_args()
     layout = Layout(arguments.root)
-    try:
+    with told("flows.desk"):
         if arguments.command == "status":
             raise SystemExit(0 if status(layout) else 3)
         if arguments.command == "run":
@@ -227,10 +234,6 @@ def main() -> None:
                 parser.error(f"run needs one of {', '.join(SERVICES)}")
             run_here(layout, arguments.service)
         {"up": up, "down": down}[arguments.command](layout)
-    except RobojouleError as error:
-        raise SystemExit(f"flows.desk: {error}") from None
-    except KeyboardInterrupt:
-        raise SystemExit("flows.desk: interrupted; `down` ends what was started") from None
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import fcntl
 import json
 from pathlib import Path
 
+from flows.command import told
 from robojoule.errors import InputError
 
 
@@ -52,11 +53,9 @@ def _torn(note: Path) -> bool:
 def main() -> None:
     """Mend the note of the project in this folder."""
     argparse.ArgumentParser(prog="python -m flows.dvc_lock", description=__doc__.splitlines()[0]).parse_args()
-    try:
+    with told("flows.dvc_lock"):
         if mend_lock(Path()):
             print(".dvc/tmp/rwlock was torn by a kill; DVC makes it anew")
-    except InputError as error:
-        raise SystemExit(f"flows.dvc_lock: {error}") from None
 
 
 if __name__ == "__main__":

@@ -13,10 +13,22 @@ from prefect.cache_policies import NO_CACHE
 from prefect.context import FlowRunContext
 from prefect.futures import PrefectFuture
 
-from robojoule.errors import RobojouleError
+from robojoule.errors import InputError, RobojouleError
 
 
-@task(name="call", cache_policy=NO_CACHE, persist_result=False)
+def _worth_a_retry(_task: Any, _run: Any, state: Any) -> bool:
+    """Retry after a fault of a machine, such as a worker that is gone, never after bad input."""
+    return not isinstance(state.result(raise_on_failure=False), InputError)
+
+
+@task(
+    name="call",
+    retries=1,
+    retry_delay_seconds=1,
+    retry_condition_fn=_worth_a_retry,
+    cache_policy=NO_CACHE,
+    persist_result=False,
+)
 def call(pickled: bytes) -> bytes:
     """Call a function; call and result are pickled here, as engines and Prefect look into what they are given."""
     function, arguments, named = pickle.loads(pickled)

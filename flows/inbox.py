@@ -20,30 +20,38 @@ EVENT = "robojoule.log.arrived"
 INBOX = Path(".desk/inbox")
 SUFFIXES = (".csv", ".parquet", ".gz")
 EVERY_S = 5.0
+SETTLED_S = 4.0  # less than between two looks, so that what the watch tells of is taken at once
 
 Seen = dict[Path, tuple[int, int]]
 
 
 def logs_in(folder: Path) -> Seen:
-    """Logs of a folder with their size and the moment of their last change, by name."""
+    """Logs of a folder with their size and the moment of their last change (of content or name), by name."""
     found = {}
     for path in sorted(folder.glob("[!.]*")):
         try:
             if path.suffix.lower() in SUFFIXES and path.is_file():
                 state = path.stat()
-                found[path] = (state.st_size, state.st_mtime_ns)
+                found[path] = (state.st_size, state.st_ctime_ns)
         except OSError:  # taken away in between
             continue
     return found
 
 
-def whole_logs(folder: Path, pause_s: float = 1.0) -> list[Path]:
-    """Logs of a folder that do not change any more: a large one takes its time to be copied."""
+def whole_logs(folder: Path, pause_s: float = 1.0, settled_s: float = SETTLED_S) -> list[Path]:
+    """Logs of a folder that do not change any more: a large one takes its time to be copied.
+
+    Args:
+        folder: The inbox.
+        pause_s: Time between two looks. [s]
+        settled_s: Least time since the last change, which a copy that stalls does not reach. [s]
+    """
     before = logs_in(folder)
     if not before:
         return []
     time.sleep(pause_s)
-    return [path for path, state in logs_in(folder).items() if before.get(path) == state]
+    latest_ns = time.time_ns() - round(1e9 * settled_s)
+    return [path for path, state in logs_in(folder).items() if before.get(path) == state and state[1] <= latest_ns]
 
 
 class Watch:
@@ -93,9 +101,8 @@ def main() -> None:
     while True:
         try:
             watch.look()
-        except (
-            Exception
-        ) as error:  # Prefect raises many kinds for a server that is away; it may be back at the next look
+        # Prefect raises many kinds for a server that is away; it may be back at the next look.
+        except Exception as error:
             print(f"flows.inbox: the server is not told yet: {error}", file=sys.stderr, flush=True)
         time.sleep(EVERY_S)
 

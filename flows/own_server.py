@@ -48,6 +48,8 @@ def own_server() -> Iterator[str]:
                 time.sleep(_POLL_S)
         finally:
             lifeline.cut(process)
+        if time.monotonic() >= end:
+            break
     if time.monotonic() >= end:
         raise RobojouleError(
             f"the Prefect server of this command did not answer within {patience_s} s; a busy machine may need "

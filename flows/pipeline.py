@@ -11,6 +11,7 @@ import argparse
 import csv
 import os
 import queue
+import re
 import subprocess
 import sys
 import threading
@@ -18,7 +19,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
 from prefect import flow, get_run_logger, task
 from prefect.artifacts import (
     create_markdown_artifact,
@@ -30,6 +30,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.task_runners import TaskRunner
 
 from flows import lifeline
+from flows.command import told
 from flows.dvc_lock import mend_lock
 from flows.fan_out import Look, fan_out
 from flows.runners import add_runner, task_runner
@@ -39,13 +40,15 @@ from reproduction.predictors.estimators import MODELS
 from reproduction.profile_predictor.training import MODEL
 from reproduction.settings import address
 from reproduction.tracking.store import data_hash, find_run
+from robojoule.documents import read_document
 from robojoule.errors import InputError, RobojouleError
 
 STAGE_TIMEOUT_S = 1800.0
 MLFLOW_UI = address("mlflow")
+BAD_INPUT = re.compile(r"exited with 2\b")  # what DVC says of a stage that refused its input
 
 
-class StageFailed(RuntimeError):
+class StageFailed(RobojouleError):
     """A stage ended with an error.
 
     Args:
@@ -67,13 +70,20 @@ def _sentence(stage: str, output: list[str]) -> str:
     others = [line for line in output if not line.startswith(("ERROR: failed to reproduce", "Running stage", "> "))]
     if own and any("failed to reproduce" in line for line in output):
         return own[-1]
-    return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without a word'}"
+    return f"{stage}: {others[-1].removeprefix('ERROR: ') if others else 'ended without output'}"
 
 
 def stage_names(root: Path, file: str = "dvc.yaml") -> list[str]:
-    """Names of the stages of a file, in its order."""
-    names = list(yaml.safe_load((root / file).read_text(encoding="utf-8"))["stages"])
-    return [str(name) for name in names]
+    """Names of the stages of a file, in its order.
+
+    Raises:
+        InputError: There is no such file, or it names no stages.
+    """
+    found = read_document(root / file)
+    stages = found.get("stages") if isinstance(found, dict) else None
+    if not isinstance(stages, dict):
+        raise InputError("there are no stages in it", file=root / file, allowed="the file of a pipeline of DVC")
+    return [str(name) for name in stages]
 
 
 def _output_lines(process: subprocess.Popen[str]) -> Iterator[str]:
@@ -103,9 +113,9 @@ def _output_lines(process: subprocess.Popen[str]) -> Iterator[str]:
 
 
 def _worth_a_retry(_task: Any, _run: Any, state: Any) -> bool:
-    """Retry after a fault of the machine, never after bad input."""
+    """Retry after a fault of the machine, never after bad input or a timeout, which would come again."""
     error = state.result(raise_on_failure=False)
-    return not (isinstance(error, StageFailed) and error.bad_input)
+    return not (isinstance(error, TimeoutError) or (isinstance(error, StageFailed) and error.bad_input))
 
 
 @task(
@@ -129,6 +139,7 @@ def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
 
     Raises:
         StageFailed: The stage or DVC ended with an error.
+        TimeoutError: It took longer than this task may.
     """
     logger = get_run_logger()
     # The stage's command says `python`: that is the interpreter which runs this flow.
@@ -157,7 +168,7 @@ def reproduce_stage(target: str, root: Path, force: bool = False) -> str:
         lifeline.cut(process)
     if code != 0:
         stage = target.rpartition(":")[2]
-        raise StageFailed(stage, bad_input=any("exited with 2" in line for line in output), output=output)
+        raise StageFailed(stage, bad_input=any(BAD_INPUT.search(line) for line in output), output=output)
     return "ran" if any(line.startswith("Running stage") for line in output) else "unchanged"
 
 
@@ -184,7 +195,7 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
 
     Args:
         root: Folder of `dvc.yaml`.
-        mlflow_ui: Address at which `mlflow ui` will listen.
+        mlflow_ui: Address at which MLflow's server will listen.
 
     Returns:
         Ids of the runs.
@@ -202,7 +213,7 @@ def publish_training_runs(root: Path, mlflow_ui: str = MLFLOW_UI) -> list[str]:
             "",
             *(lines or ["None in this folder's store: the predictors came out of DVC's cache."]),
             "",
-            "Open the store with `mlflow ui` in this folder.",
+            "`make up` opens the store.",
         ]
     )
     create_markdown_artifact(key="training-runs", markdown=text, description="MLflow runs of the predictors in use")
@@ -226,6 +237,9 @@ def reproduce(
         stage_timeout_s: Longest time of one stage. [s]
         tasks: Task runner on which parts are computed; the stages compute theirs themselves if not given.
         outdated: Those of the targets that are known to be out of date; DVC is asked if not given.
+
+    Raises:
+        StageFailed: A stage ended with an error, also on its second try, or took too long.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
     mend_lock(root)
@@ -240,7 +254,12 @@ def reproduce(
             continue
         if tasks is not None:
             fan_out(name, target, root, tasks, force)
-        outcome[name] = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)(target, root, force)
+        stage = reproduce_stage.with_options(name=name, timeout_seconds=stage_timeout_s)
+        try:
+            outcome[name] = stage(target, root, force)
+        except TimeoutError:
+            # Prefect would give the run a state of its own for that, without a word on the stage.
+            raise StageFailed(name, bad_input=False, output=[f"took longer than {stage_timeout_s:g} s"]) from None
         update_progress_artifact(
             progress,
             progress=100.0 * done / len(targets),
@@ -268,7 +287,7 @@ def pipeline(
         root: Folder of `dvc.yaml`.
         force: Run every stage even if nothing changed.
         stage_timeout_s: Longest time of one stage. [s]
-        mlflow_ui: Address at which `mlflow ui` will listen, for the links.
+        mlflow_ui: Address at which MLflow's server will listen, for the links.
         runner: Task runner on which the parts of `simulate_motions` and `evaluate_plans` are computed: processes,
             threads, dask or ray. The stages compute them themselves if not given.
         workers: Number of processes or threads here.
@@ -297,9 +316,12 @@ def main() -> None:
     add_runner(parser, None)
     arguments = parser.parse_args()
     root = arguments.root
-    try:
+    with told("flows.pipeline"):
+        names = stage_names(root)
+        if arguments.runner is not None:
+            task_runner(arguments.runner, arguments.workers, arguments.address)  # both: before a server is started
         mend_lock(root)
-        look = None if arguments.force else Look(root, stage_names(root))  # while the server starts
+        look = None if arguments.force else Look(root, names)  # while the server starts
         with prefect_server(Layout(root)):
             pipeline(
                 root,
@@ -309,8 +331,6 @@ def main() -> None:
                 address=arguments.address,
                 outdated=None if look is None else sorted(look.outdated()),
             )
-    except (StageFailed, RobojouleError) as error:
-        raise SystemExit(f"flows.pipeline: {error}") from None
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ that are missing (see `reproduction.motions.shards`). Prefect starts the tasks a
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 
@@ -16,12 +15,12 @@ from prefect.cache_policies import NO_CACHE
 from prefect.futures import as_completed
 from threadpoolctl import threadpool_limits
 
+from flows.command import told
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse
-from robojoule.errors import InputError, RobojouleError
 
 
 @task(cache_policy=NO_CACHE, persist_result=False)
@@ -83,7 +82,7 @@ def main() -> None:
     )
     add_runner(parser, "processes")
     arguments = parser.parse_args()
-    try:
+    with told("flows.scale"):
         description = {
             "robot": {
                 "name": arguments.robot,
@@ -97,9 +96,6 @@ def main() -> None:
         open_folder(motion_set, arguments.out)  # both: refused before a server is started
         with prefect_server(Layout()):
             scale(motion_set, arguments.out, arguments.runner, arguments.workers, arguments.address)
-    except RobojouleError as error:
-        print(f"flows.scale: {error}", file=sys.stderr)
-        raise SystemExit(2 if isinstance(error, InputError) else 1) from None
 
 
 if __name__ == "__main__":

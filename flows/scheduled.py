@@ -38,6 +38,7 @@ def nightly(
     root: Path = Path(),
     stage_timeout_s: float = STAGE_TIMEOUT_S,
     runner: str | None = None,
+    workers: int = 2,
     address: str | None = None,
 ) -> list[str]:
     """Run every stage of the last commit, and hold lock file, tables and metrics against the committed ones.
@@ -46,10 +47,11 @@ def nightly(
         root: Folder of the project.
         stage_timeout_s: Longest time of one stage. [s]
         runner: Task runner for the simulation; see `pipeline`.
+        workers: Number of processes or threads here.
         address: Address of a cluster.
 
     Returns:
-        Nothing that differs: an empty list.
+        An empty list, as nothing differs.
 
     Raises:
         Drift: Something differs; the artifact `drift` names it.
@@ -57,7 +59,7 @@ def nightly(
         InputError: There is no commit to clone.
     """
     with scratch_clone(root) as clone:
-        pipeline.fn(clone, force=True, stage_timeout_s=stage_timeout_s, runner=runner, address=address)
+        pipeline.fn(clone, force=True, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address)
         lines, beyond = compare_results(clone)
     said = "\n".join(f"    {line}" for line in lines) or "Every output, table and metric has the committed bytes."
     create_markdown_artifact(key="drift", markdown=said, description="Results of this night against the committed ones")
@@ -88,6 +90,17 @@ def alert(run: str, flow_name: str, state: str, message: str, root: Path = Path(
             pass
 
 
+def keep_results(clone: Path, results: Path) -> None:
+    """Copy what a run made; the folder appears when it is complete."""
+    copying = results.with_name(f".{results.name}")
+    shutil.rmtree(copying, ignore_errors=True)  # of one that was killed
+    copying.mkdir(parents=True)
+    for name in KEPT:
+        copy = shutil.copytree if (clone / name).is_dir() else shutil.copy
+        copy(clone / name, copying / name)
+    copying.rename(results)
+
+
 @flow(name="pipeline-on-demand", persist_result=False)
 def on_demand(
     robot: str | None = None,
@@ -95,7 +108,9 @@ def on_demand(
     trees: int | None = None,
     seed: int | None = None,
     runner: str | None = None,
+    workers: int = 2,
     address: str | None = None,
+    stage_timeout_s: float = STAGE_TIMEOUT_S,
     root: Path = Path(),
 ) -> str:
     """Run the pipeline of the last commit with other parameters; what is not given is that of `params.yaml`.
@@ -108,7 +123,9 @@ def on_demand(
         trees: Number of trees for training and test.
         seed: Of the trees.
         runner: Task runner for the simulation; see `pipeline`.
+        workers: Number of processes or threads here.
         address: Address of a cluster.
+        stage_timeout_s: Longest time of one stage. [s]
         root: Folder of the project.
 
     Returns:
@@ -132,12 +149,9 @@ def on_demand(
         write_text(file, yaml.safe_dump(params, sort_keys=False))
         load_params(file)  # refused before anything runs
         with trial(str(runtime.flow_run.name)):
-            pipeline.fn(clone, runner=runner, address=address)
+            pipeline.fn(clone, stage_timeout_s=stage_timeout_s, runner=runner, workers=workers, address=address)
         results = Layout(root.resolve()).desk_dir / "results" / str(runtime.flow_run.name)
-        results.mkdir(parents=True, exist_ok=True)
-        for name in KEPT:
-            copy = shutil.copytree if (clone / name).is_dir() else shutil.copy
-            copy(clone / name, results / name)
+        keep_results(clone, results)
         metrics = read_document(results / "reports/headline.json")
     lines = "\n".join(f"| {name} | {value:g} |" for name, value in metrics.items())
     create_markdown_artifact(

@@ -32,6 +32,12 @@ class ProcessFile(Document):
 
     pid: int = Field(ge=1)
     started_s: float = Field(ge=0, description="Moment of its start, in seconds since 1970. [s]")
+    managed: bool = Field(default=False, description="Whether a service manager started it, which also ends it.")
+
+    @classmethod
+    def of(cls, pid: int, *, managed: bool = False) -> ProcessFile:
+        """What is kept of a process that runs."""
+        return cls(pid=pid, started_s=psutil.Process(pid).create_time(), managed=managed)
 
 
 def process_of(file: ProcessFile) -> psutil.Process | None:
@@ -70,7 +76,8 @@ class Service:
         folder: Folder of the desk; process files and logs are below it.
         cwd: Where it runs.
         environment: Variables beside those of this process.
-        health: Address that answers when it is ready; None: it is ready when it runs.
+        health: Address that answers when it is ready.
+        ready: What it prints when it is ready, where it has no such address; without both it is ready when it runs.
         patience_s: Longest time until it is ready. [s]
         grace_s: Longest time for its end after SIGTERM. [s]
     """
@@ -81,6 +88,7 @@ class Service:
     cwd: Path
     environment: Mapping[str, str] = field(default_factory=dict)
     health: str | None = None
+    ready: str | None = None
     patience_s: float = 300.0
     grace_s: float = 60.0
 
@@ -144,9 +152,12 @@ class Service:
                 stderr=log,
                 start_new_session=True,
             )
-        began = psutil.Process(started.pid).create_time()
-        write_document(self.file, ProcessFile(pid=started.pid, started_s=began).model_dump(mode="json"))
+        self.note(ProcessFile.of(started.pid))
         return True
+
+    def note(self, process: ProcessFile) -> None:
+        """Write its process file."""
+        write_document(self.file, process.model_dump(mode="json"))
 
     def wait(self) -> None:
         """Wait until it is ready.
@@ -155,19 +166,30 @@ class Service:
             RobojouleError: It ended, or it is not ready in time.
         """
         end = time.monotonic() + self.patience_s
-        while self.health is not None and not answers(self.health):
+        while not self._is_ready():
             if self.process() is None:
                 raise RobojouleError(f"{self.name} ended at once: {self._last_line()} (more in {self.log})")
             if time.monotonic() > end:
-                raise RobojouleError(f"{self.name} does not answer at {self.health}; see {self.log}")
+                place = f" at {self.health}" if self.health else ""
+                raise RobojouleError(f"{self.name} does not answer{place}; see {self.log}")
             time.sleep(_POLL_S)
+
+    def _is_ready(self) -> bool:
+        if self.health is not None:
+            return answers(self.health)
+        noted = self.noted()
+        if self.ready is None or (noted is not None and noted.managed):  # that one prints to another log
+            return True
+        return self.ready in self.log.read_text(encoding="utf-8", errors="replace")
 
     def _last_line(self) -> str:
         lines = self.log.read_text(encoding="utf-8", errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "no output")
 
     def stop(self) -> bool:
         """End it with all processes of its session and all that it started; first by SIGTERM, then by SIGKILL.
+
+        One that a service manager started is left to it.
 
         Returns:
             Whether anything had to be ended.
@@ -175,6 +197,10 @@ class Service:
         noted = self.noted()
         if noted is None:
             self.file.unlink(missing_ok=True)
+            return False
+        if noted.managed:
+            if process_of(noted) is None:
+                self.file.unlink(missing_ok=True)
             return False
         leader, before = process_of(noted), _family(noted)
         if leader is not None:

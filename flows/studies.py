@@ -10,11 +10,12 @@ from pathlib import Path
 
 from prefect import flow
 
-from flows.pipeline import StageFailed, reproduce, stage_names
+from flows.command import told
+from flows.pipeline import reproduce, stage_names
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
 from reproduction.layout import Layout
-from robojoule.errors import InputError, RobojouleError
+from robojoule.errors import InputError
 
 FILE = "studies/dvc.yaml"
 STAGE_TIMEOUT_S = 4 * 3600.0
@@ -70,7 +71,7 @@ def main() -> None:
     parser.add_argument("--force", action="store_true", help="run them even if nothing changed")
     add_runner(parser, None)
     arguments = parser.parse_args()
-    try:
+    with told("flows.studies"):
         _chosen(arguments.root, arguments.stages)
         if arguments.runner is not None:
             task_runner(arguments.runner, arguments.workers, arguments.address)  # both: before a server is started
@@ -83,10 +84,6 @@ def main() -> None:
                 workers=arguments.workers,
                 address=arguments.address,
             )
-    except InputError as error:
-        parser.exit(2, f"flows.studies: {error}\n")
-    except (StageFailed, RobojouleError) as error:
-        raise SystemExit(f"flows.studies: {error}") from None
 
 
 if __name__ == "__main__":

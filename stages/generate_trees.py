@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 from reproduction.config import Params, load_params
 from reproduction.layout import Layout
 from reproduction.trees.sets import EXPERIMENT, draw_trees, trees_table
-from robojoule.documents import atomic_path
+from robojoule.documents import all_or_none, atomic_path
 from robojoule.formats.tree_files import save_tree
 from robojoule.programs.operation_tree import tree_from_configurations
 from stages.cli import run, say
@@ -17,13 +17,12 @@ def generate_trees(params: Params, layout: Layout) -> None:
     """Write data/trees.parquet and the experiment trees as operation-tree files."""
     robot = params.robot.robot()
     trees = draw_trees(robot, params.generate_trees, say("generate_trees"))
-    layout.trees_dir.mkdir(parents=True, exist_ok=True)
-    for stale in layout.trees_dir.glob(f"{EXPERIMENT}-*.yaml"):
+    chosen = {layout.trees_dir / f"{tree.tree_id}.yaml": tree for tree in trees if tree.split == EXPERIMENT}
+    with all_or_none():
+        for path, tree in chosen.items():
+            save_tree(tree_from_configurations(tree.tree_id, tree.configurations_rad, robot.name), path)
+    for stale in set(layout.trees_dir.glob(f"{EXPERIMENT}-*.yaml")) - set(chosen):
         stale.unlink()
-    for tree in trees:
-        if tree.split == EXPERIMENT:
-            program = tree_from_configurations(tree.tree_id, tree.configurations_rad, robot.name)
-            save_tree(program, layout.trees_dir / f"{tree.tree_id}.yaml")
     with atomic_path(layout.trees) as path:
         pq.write_table(trees_table(trees), path)
 

@@ -40,7 +40,7 @@ def plan_claims(results: ExperimentResults, batch: TreeBatch, krc_slowest: float
     rows = _order_of_methods(results) + _more_segments(results) + _range(results)
     if PREDICTED in results.outcomes and _krc_segments(results):
         segments = min(_krc_segments(results))
-        rows += _spread(results, segments) + _waits(results, batch, segments)
+        rows += _spread(results, segments) + _waits(results, segments)
     return rows + _profiling(results, batch, krc_slowest)
 
 
@@ -131,7 +131,7 @@ def _spread(results: ExperimentResults, segments: int) -> list[Claim]:
     ]
 
 
-def _waits(results: ExperimentResults, batch: TreeBatch, segments: int) -> list[Claim]:
+def _waits(results: ExperimentResults, segments: int) -> list[Claim]:
     percent = max(results.cycle_times_percent)
 
     def mid_cycle(variant: Variant) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from reproduction.tables import read_table
-from robojoule.arrays import Array
+from robojoule.arrays import Array, Mask
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.log_motions import logged_motions
 from robojoule.calibration.signals import choose_smoothing, local_cubic
@@ -26,8 +26,8 @@ def measured_motions(log: MeasuredLog, robot: Robot) -> pa.Table:
     A run is known by its duration: the speed limit is the one at which the robot's entry takes as long.
 
     Args:
-        log: The log, with power.
-        robot: The robot with its payload.
+        log: The log, with power. Motions in which a payload that it names changes are left out.
+        robot: The robot, with the payload of a log that names none.
 
     Returns:
         Columns log, payload_kg, start_q1_rad .., end_q1_rad .., speed_limit_percent, duration_s, energy_j.
@@ -42,10 +42,14 @@ def measured_motions(log: MeasuredLog, robot: Robot) -> pa.Table:
     limits, kept = _limits(found.paths(robot), found.duration_s)
     if not kept.any():
         raise InputError(f"no motion takes as long as one of {robot.name} may", file=log.source)
+    payload_kg, constant = _payloads(log, found.begin_s, found.duration_s, robot.payload.mass_kg)
+    kept &= constant
+    if not kept.any():
+        raise InputError("the payload changes in every motion", file=log.source, key="payload_kg")
     energy = _energies(log, found.begin_s, found.duration_s)
     columns: dict[str, object] = {
         "log": [Path(log.source).name] * int(kept.sum()),
-        "payload_kg": np.full(int(kept.sum()), robot.payload.mass_kg),
+        "payload_kg": payload_kg[kept],
     }
     for end, q in (("start", found.start_rad), ("end", found.end_rad)):
         columns |= {f"{end}_q{joint + 1}_rad": q[kept, joint].copy() for joint in range(robot.joint_count)}
@@ -53,7 +57,17 @@ def measured_motions(log: MeasuredLog, robot: Robot) -> pa.Table:
     return pa.table(columns | {"duration_s": found.duration_s[kept], "energy_j": energy[kept]})
 
 
-def _limits(paths: MotionPaths, duration_s: Array) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+def _payloads(log: MeasuredLog, begin_s: Array, duration_s: Array, said_kg: float) -> tuple[Array, Mask]:
+    """Payloads of motions, shape (M,) [kg]; and which of them carry theirs from start to end."""
+    if log.payload_kg is None:
+        return np.full(begin_s.shape, said_kg), np.ones(begin_s.shape, dtype=bool)
+    first = np.searchsorted(log.time_s, begin_s)
+    changes = np.concatenate([[0], np.cumsum(np.diff(log.payload_kg) != 0.0)])
+    last = np.minimum(np.searchsorted(log.time_s, begin_s + duration_s), log.time_s.size - 1)
+    return log.payload_kg[first], changes[first] == changes[last]
+
+
+def _limits(paths: MotionPaths, duration_s: Array) -> tuple[Array, Mask]:
     """Speed limits, shape (M,), at which motions take as long [-]; and which of them may take so long."""
     durations = paths.durations(_LIMITS)
     limits = np.array([np.interp(-t, -row, _LIMITS) for t, row in zip(duration_s, durations, strict=True)])

@@ -72,10 +72,18 @@ def _parts(robot: Robot, rows: pa.Table, chosen: Mask) -> list[tuple[MotionPaths
             np.column_stack([part[f"{side}_q{joint + 1}_rad"] for joint in range(robot.joint_count)])
             for side in ("start", "end")
         )
-        loaded = Robot(robot.file, Payload(mass_kg, robot.payload.com_m))
+        loaded = Robot(robot.file, _of_mass(robot.payload, mass_kg))
         limits = part["speed_limit_percent"].to_numpy()[:, None] / 100.0
         found.append((MotionPaths(loaded, start, end), limits, part["energy_j"].to_numpy()[:, None], places))
     return found
+
+
+def _of_mass(payload: Payload, mass_kg: float) -> Payload:
+    """A payload of the same shape in the same place."""
+    inertia = payload.inertia_kg_m2
+    if inertia is not None and payload.mass_kg > 0.0:
+        inertia = np.asarray(inertia) * (mass_kg / payload.mass_kg)
+    return Payload(mass_kg, payload.com_m, inertia)
 
 
 def _observed(robot: Robot, rows: pa.Table, chosen: Mask) -> list[ObservedRuns]:

@@ -31,7 +31,7 @@ from robojoule.documents import Document, read_document, write_document
 from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.robots import load_robot_file
-from robojoule.robots.robot import Payload, Robot
+from robojoule.robots.robot import Robot
 
 MANIFEST = "manifest.json"
 _BLOCK_MOTIONS = 250  # simulated at once
@@ -128,7 +128,7 @@ def open_folder(motion_set: MotionSet, root: Path) -> list[int]:
     else:
         write_document(folder.manifest, {"made_from": key, "shards": []})
     for parts in (folder.motions(0).parent, folder.runs(0).parent):
-        for stale in parts.glob(".part-*"):  # of a run that was killed
+        for stale in parts.glob(".*.parquet"):  # of a run that was killed, named by `atomic_path`
             stale.unlink()
     return [shard for shard in range(motion_set.shards) if not _is_complete(motion_set, folder, shard)]
 
@@ -150,8 +150,7 @@ def write_shard(motion_set: MotionSet, root: Path, shard: int) -> None:
         root: Its folder.
         shard: Number of the shard, from 0.
     """
-    folder, settings = ShardFolder(root), motion_set.robot
-    robot = Robot(load_robot_file(settings.name), Payload(settings.payload_kg, settings.payload_com_m))
+    folder, robot = ShardFolder(root), motion_set.robot.robot()
     rng = np.random.default_rng(np.random.SeedSequence(motion_set.seed, spawn_key=(shard,)))
     speed_limits = np.asarray(motion_set.speed_limits_percent) / 100.0
     identifiers = motion_set.motion_ids(shard)

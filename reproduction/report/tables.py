@@ -91,9 +91,11 @@ def _by_cycle_time(
     percents = sorted({number(row["relaxation_percent"]) for row in rows})
     lines: dict[str, dict[float, float]] = {}
     order = list(METHODS)
-    for row in sorted(
-        rows, key=lambda r: (order.index(r["method"]) if r["method"] in order else 99, r["krc_segments"])
-    ):
+
+    def place(row: dict[str, str]) -> tuple[int, int]:
+        return order.index(row["method"]) if row["method"] in order else 99, int(row["krc_segments"] or 0)
+
+    for row in sorted(rows, key=place):
         label = method_label(row["method"], row["krc_segments"])
         if row.get("subset"):
             label += f", trees {row['subset']}"
@@ -207,12 +209,18 @@ def win_table(rows: Rows, caption: str) -> Table:
     )
 
 
+def _payloads(rows: Rows) -> str:
+    """Single payloads of some rows, such as "0, 10 and 16 kg"."""
+    found = [f"{one:g}" for one in sorted({number(row["payload_kg"]) for row in rows if row["payload_kg"] != "all"})]
+    return " and ".join(filter(None, (", ".join(found[:-1]), "".join(found[-1:])))) + " kg"
+
+
 def study_tables(results: Results) -> list[Table]:
     """The tables of the studies; empty if there are none."""
     found = []
     gaps, wins = results.study("motions_gaps") or [], results.study("motions_wins") or []
     for regime, caption in (
-        ("same_robot", "(a) The same robot, new motions, 0, 10 and 16 kg"),
+        ("same_robot", f"(a) The same robot, new motions, {_payloads(matching(gaps, {'regime': 'same_robot'}))}"),
         ("unseen_payload", "(b) A payload never trained on"),
     ):
         rows = matching(gaps, {"regime": regime, "payload_kg": "all"})

@@ -9,9 +9,12 @@ from typing import Any
 from reproduction.layout import Layout
 from reproduction.measured.predictor import MeasuredPredictor
 from reproduction.tracking.profile_predictor import register_predictor
-from reproduction.tracking.store import git_commit, log_data, recording
+from reproduction.tracking.store import log_data, of_the_code, recording
 
-REGISTERED = "energy-profile-measured"
+
+def registered_name(robot: str) -> str:
+    """Name under which the predictors of a robot's measured motions are registered."""
+    return f"energy-profile-measured-{robot}"
 
 
 def record_measured(mlflow: Any, layout: Layout, found: MeasuredPredictor, folder: Path, rows: Path) -> str:
@@ -30,7 +33,8 @@ def record_measured(mlflow: Any, layout: Layout, found: MeasuredPredictor, folde
     Raises:
         RecordError: The store failed.
     """
-    tags = {"git_commit": git_commit(layout.root), "robot": found.predictor.robot}
+    name = registered_name(found.predictor.robot)
+    tags = of_the_code(layout) | {"robot": found.predictor.robot}
     with recording(layout), mlflow.start_run(run_name=found.predictor.robot, tags=tags), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # advice on type hints and examples; the signature is given
         mlflow.log_params({"motions": found.motions, "note": found.predictor.note})
@@ -40,5 +44,5 @@ def record_measured(mlflow: Any, layout: Layout, found: MeasuredPredictor, folde
         if not found.is_accepted:
             mlflow.log_artifacts(str(folder), "rejected")
             return f"recorded, not registered: {said}"
-        register_predictor(mlflow, str(folder), REGISTERED)
-    return f"registered as {REGISTERED}: {said}"
+        register_predictor(mlflow, str(folder), name)
+    return f"registered as {name}: {said}"

@@ -28,7 +28,6 @@ from robojoule.errors import InputError, RobojouleError
 PIPELINE = "pipeline"
 STUDY = "cross-validation"
 MEASURED = "measured-motions"
-EXPERIMENTS = (PIPELINE, STUDY, MEASURED)
 """Experiments by purpose: trainings of the pipeline, those of the studies, those on measured motions."""
 TRIAL = "ROBOJOULE_TRIAL"
 """Variable of the environment that names the trial to which trainings belong; see `promote`."""
@@ -259,15 +258,20 @@ def git_commit(folder: Path) -> str:
 
 def tags(layout: Layout, params: BaseModel, stage: str) -> dict[str, str]:
     """What tells trainings of a stage apart: data, parameters, commit, lock file, and sweep or trial, if any."""
-    found = {
-        "data_hash": data_hash(layout.features),
-        "config_hash": config_hash(params),
-        "git_commit": git_commit(Path(__file__).parent),
-        "dvc_stage": stage,
-    }
-    lock = layout.root / "dvc.lock"
-    if lock.exists():
-        found["lock_hash"] = data_hash(lock)
+    own = {"data_hash": data_hash(layout.features), "config_hash": config_hash(params), "dvc_stage": stage}
+    return own | of_the_code(layout)
+
+
+def of_the_code(layout: Layout, lock: str = "dvc.lock") -> dict[str, str]:
+    """What every training is known by: commit, lock file, and sweep or trial, if any.
+
+    Args:
+        layout: Folder of the project.
+        lock: The lock file below it that its data are in.
+    """
+    found = {"git_commit": git_commit(Path(__file__).parent)}
+    if (layout.root / lock).exists():
+        found["lock_hash"] = data_hash(layout.root / lock)
     if "DVC_EXP_NAME" in os.environ:
         found["dvc_experiment"] = os.environ["DVC_EXP_NAME"]
     if TRIAL in os.environ:
@@ -314,10 +318,9 @@ def promote(mlflow: Any, name: str, version: str) -> None:
     if any(name in os.environ for name in (TRIAL, "DVC_EXP_NAME")):
         return
     client = mlflow.MlflowClient()
-    with suppress(mlflow.exceptions.MlflowException):  # none so far
-        last = client.get_model_version_by_alias(name, "champion")
-        if str(last.version) != version:
-            client.set_registered_model_alias(name, "previous", last.version)
+    last = client.get_registered_model(name).aliases.get("champion")
+    if last is not None and str(last) != version:
+        client.set_registered_model_alias(name, "previous", str(last))
     client.set_registered_model_alias(name, "champion", version)
 
 

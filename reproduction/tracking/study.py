@@ -9,7 +9,7 @@ from reproduction.layout import Layout
 from reproduction.study.comparison import Comparison
 from reproduction.study.config import StudyParams
 from reproduction.tables import Row
-from reproduction.tracking.store import config_hash, data_hash, git_commit, log_data, recording
+from reproduction.tracking.store import config_hash, figures_of, log_data, of_the_code, recording
 
 
 def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) -> None:
@@ -25,14 +25,8 @@ def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) 
         RecordError: The store failed.
     """
     settings = params.compare_predictors.model_dump(mode="json") | params.plant.model_dump(mode="json")
-    tags = {
-        "git_commit": git_commit(layout.root),
-        "config_hash": config_hash(params.compare_predictors),
-        "dvc_stage": "compare_predictors",
-    }
-    lock = layout.root / "studies/dvc.lock"
-    if lock.exists():
-        tags["lock_hash"] = data_hash(lock)
+    own = {"config_hash": config_hash(params.compare_predictors), "dvc_stage": "compare_predictors"}
+    tags = own | of_the_code(layout, "studies/dvc.lock")
     with recording(layout), mlflow.start_run(run_name="nested cross-validation", tags=tags):
         mlflow.log_params(settings)
         log_data(mlflow, layout.study_data_dir / "predictors.parquet")  # the motions, and what each model says of them
@@ -40,7 +34,8 @@ def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) 
         for model in dict.fromkeys(str(row["model"]) for row in found.rows):
             with mlflow.start_run(run_name=model, tags=tags | {"model": model}, nested=True):
                 mlflow.log_params({"model": model} | settings)
-                mlflow.log_metrics(found.metrics.get(model, {}) | _figures(found.rows, model=model))
+                interval = figures_of(model, {"interval": found.metrics})
+                mlflow.log_metrics(interval | _figures(found.rows, model=model))
                 for number in range(1, params.compare_predictors.outer_folds + 1):
                     own = {"model": model, "fold": str(number)}
                     with mlflow.start_run(run_name=f"{model}, fold {number}", tags=tags | own, nested=True):
@@ -53,7 +48,7 @@ def record(mlflow: Any, layout: Layout, params: StudyParams, found: Comparison) 
 def _figures(rows: Sequence[Row], **key: object) -> dict[str, float]:
     """Errors of the rows with a key, named as in reports/metrics.json."""
     return {
-        f"{row['target']}.{name}": float(str(value))
+        f"predictors.{row['target']}.{row['model']}.{name}": float(str(value))
         for row in rows
         if key.items() <= row.items()
         for name, value in row.items()

@@ -28,7 +28,7 @@ def test_a_run_whose_every_stage_was_killed_ends_with_the_same_bytes(
         assert left_over(project) == []
         if hits >= len(STAGES) - 2:
             break
-    assert hits > 0
+    assert hits >= len(STAGES) - 2
 
 
 def test_a_run_over_older_results_that_was_killed_ends_with_the_same_bytes(reproduced: Path, tmp_path: Path):
@@ -37,9 +37,11 @@ def test_a_run_over_older_results_that_was_killed_ends_with_the_same_bytes(repro
     shutil.copytree(reproduced, project, symlinks=True)
     shutil.rmtree(project / ".dvc/cache")
     (project / "data/runs.parquet").unlink()
+    kills = []
     for stage in ("simulate_motions", "train_predictors"):
         (project / "dvc.lock").unlink(missing_ok=True)
-        kill_in(project, stage, 1.0, tmp_path / f"{stage}.log")
+        kills.append(kill_in(project, stage, 1.0, tmp_path / f"{stage}.log"))
+    assert any(kill.hit for kill in kills)
     run("dvc", "repro", cwd=project)
     assert outputs(project) == outputs(reproduced)
     assert left_over(project) == []

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flows.inbox import EVENT, Watch, tell_server, whole_logs
+from flows.inbox import EVENT, EVERY_S, SETTLED_S, Watch, tell_server, whole_logs
 from tests.conftest import free_port, wait_for
 from tests.flows.test_pipeline import post
 
@@ -66,8 +66,16 @@ def test_a_log_that_is_being_copied_is_left(tmp_path: Path, monkeypatch: pytest.
     for name in ("whole.csv", "growing.csv"):
         write(tmp_path / name, "a", 1000)
     monkeypatch.setattr("flows.inbox.time.sleep", lambda _: write(tmp_path / "growing.csv", "ab", 1000))
-    assert whole_logs(tmp_path) == [tmp_path / "whole.csv"]
+    assert whole_logs(tmp_path, settled_s=0.0) == [tmp_path / "whole.csv"]
     assert whole_logs(tmp_path / "nowhere") == []
+
+
+def test_a_copy_that_stalls_is_left(tmp_path: Path):
+    """Whatever moment its copy set as that of its last change."""
+    write(tmp_path / "monday.csv", "half", 1000)
+    assert whole_logs(tmp_path, pause_s=0.1) == []
+    wait_for("the log", lambda: whole_logs(tmp_path, pause_s=0.1) == [tmp_path / "monday.csv"], 60)
+    assert SETTLED_S < EVERY_S  # else nobody would take what the watch tells of before the schedule looks
 
 
 def test_the_server_is_told(prefect_server: str):

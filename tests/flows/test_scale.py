@@ -65,7 +65,7 @@ def test_a_killed_run_goes_on_where_it_stopped(tmp_path: Path, prefect_server: s
     output = run(*command, "--runner", "threads", cwd=ROOT).stderr
     assert f"{16 - len(finished)} of 16 shards are missing" in output
     assert all(path.stat().st_mtime_ns == written for path, written in finished.items())
-    assert not list(runs.glob(".part-*"))
+    assert not list(runs.glob(".*"))
     motion_set = parse(MotionSet, {**DESCRIPTION, "speed_limits_percent": range(10, 101, 10), **ASKED}, "test")
     assert files(tmp_path / "set") == made_here(motion_set, tmp_path / "again")
 

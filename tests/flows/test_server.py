@@ -13,6 +13,7 @@ from prefect.settings import (
     temporary_settings,
 )
 
+from flows import own_server
 from flows.server import prefect_server as server_for
 from flows.service import answers
 from reproduction.layout import Layout
@@ -39,6 +40,8 @@ def test_one_that_does_not_answer_is_one_sentence(tmp_path: Path):
 
 def test_one_that_is_too_slow_is_one_sentence_that_says_what_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    started, start = [], own_server._started
+    monkeypatch.setattr(own_server, "_started", lambda port: started.append(port) or start(port))
     with (
         temporary_settings({PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS: 0}, restore_defaults={PREFECT_API_URL}),
         pytest.raises(
@@ -47,6 +50,7 @@ def test_one_that_is_too_slow_is_one_sentence_that_says_what_helps(tmp_path: Pat
         server_for(Layout(tmp_path)),
     ):
         pass
+    assert len(started) == 1
 
 
 def test_else_one_is_started_with_a_store_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -10,9 +10,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from flows.service import Service, answers
+from flows.desk import services
+from flows.service import ProcessFile, Service, answers
+from reproduction.layout import Layout
 from robojoule.errors import RobojouleError
-from tests.conftest import free_port, wait_for
+from tests.conftest import ROOT, free_port, run, wait_for
 
 CHILD = "sleep 60 & echo $! > child; wait"
 
@@ -87,6 +89,45 @@ def test_one_that_ends_at_once_says_why(tmp_path: Path):
     failing = service(tmp_path, "bash", "-c", "echo no such store >&2; exit 1", health="http://127.0.0.1:9/health")
     with pytest.raises(RobojouleError, match=r"sleeper ended at once: no such store \(more in .*sleeper\.log\)"):
         failing.start()
+
+
+def test_one_without_an_address_is_ready_when_it_says_so(tmp_path: Path):
+    slow = service(tmp_path, "bash", "-c", "sleep 1; echo looks into it; sleep 60", ready="looks into")
+    slow.start()
+    assert "looks into it" in slow.log.read_text(encoding="utf-8")
+    slow.stop()
+    failing = service(tmp_path, "bash", "-c", "echo no such folder >&2; exit 1", ready="looks into")
+    with pytest.raises(RobojouleError, match="ended at once: no such folder"):
+        failing.start()
+
+
+def test_what_a_service_manager_started_is_known_and_left_to_it(tmp_path: Path):
+    managed = service(tmp_path, "sleep", "60", ready="looks into")
+    with subprocess.Popen(["sleep", "60"], start_new_session=True) as other:
+        managed.note(ProcessFile.of(other.pid, managed=True))
+        assert managed.process().pid == other.pid
+        assert managed.start() is False
+        assert managed.stop() is False and managed.process() is not None
+        assert other.poll() is None
+        other.kill()
+        other.wait()
+        assert managed.process() is None
+        assert managed.stop() is False and managed.noted() is None
+
+
+def test_a_program_that_becomes_a_service_is_noted(tmp_path: Path):
+    """As systemd starts it; the number stays when it becomes the program itself."""
+    words = [sys.executable, "-m", "flows.desk", "run", "inbox-watch", "--root", str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    watch = next(one for one in services(Layout(tmp_path)) if one.name == "inbox-watch")
+    printed = tmp_path / "log"
+    with printed.open("wb") as log, subprocess.Popen(words, cwd=ROOT, env=environment, stdout=log) as process:
+        wait_for("the watch", lambda: b"looks into" in printed.read_bytes(), 120)
+        assert watch.process().pid == process.pid and watch.noted().managed
+        again = run(*words, cwd=ROOT, code=1).stderr
+        assert again == "flows.desk: inbox-watch runs already\n"
+        process.terminate()
+    assert watch.process() is None
 
 
 def test_a_place_that_another_program_has_is_not_taken(tmp_path: Path):

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from reproduction.settings import SETTINGS, address, read_settings
+from robojoule.documents import write_document
 from robojoule.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -19,6 +21,37 @@ def test_a_shell_reads_the_same():
     done = subprocess.run(["env", "-i", "sh", "-c", command], capture_output=True, text=True, check=True)
     shown = dict(line.split("=", 1) for line in done.stdout.splitlines())
     assert read_settings().items() <= shown.items()
+
+
+def activated(folder: Path, **environment: str) -> dict[str, str]:
+    """What the environment of a shell says after `. deploy/activate` in a project's folder."""
+    for name in ("deploy/activate", "desk.env"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    (folder / ".venv/bin").mkdir(parents=True, exist_ok=True)
+    (folder / ".venv/bin/activate").touch()
+    words = ["env", "-i", f"PATH={os.environ['PATH']}", *(f"{name}={value}" for name, value in environment.items())]
+    done = subprocess.run(
+        [*words, "sh", "-ec", ". deploy/activate; env"], cwd=folder, capture_output=True, text=True, check=True
+    )
+    assert done.stderr == ""
+    return dict(line.split("=", 1) for line in done.stdout.splitlines())
+
+
+def test_an_activated_shell_has_the_settings_but_what_it_says_already_wins(tmp_path: Path):
+    expected = read_settings() | {"MLFLOW_PORT": "5001", "DO_NOT_TRACK": ""}
+    found = activated(tmp_path, MLFLOW_PORT="5001", DO_NOT_TRACK="")
+    assert expected.items() <= found.items()
+    assert "MLFLOW_TRACKING_URI" not in found and "_name" not in found
+
+
+def test_an_activated_shell_knows_the_servers_that_run(tmp_path: Path):
+    (tmp_path / ".desk/run").mkdir(parents=True)
+    for name, pid in (("prefect-server", os.getpid()), ("mlflow-server", 2**22 + 1)):  # more than a number can be
+        write_document(tmp_path / f".desk/run/{name}.json", {"pid": pid, "started_s": 1.0})
+    found = activated(tmp_path, PREFECT_SERVER_API_PORT="4300")
+    assert found["PREFECT_API_URL"] == "http://127.0.0.1:4300/api"
+    assert "MLFLOW_TRACKING_URI" not in found
 
 
 def test_everything_listens_here_alone_and_reports_nothing():

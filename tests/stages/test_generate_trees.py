@@ -1,3 +1,4 @@
+import errno
 import hashlib
 from pathlib import Path
 
@@ -41,6 +42,31 @@ def test_files_and_columns(written):
     assert [str(t) for t in table.schema.types] == ["string"] * 3 + ["double", "int32"] + ["double"] * 6
     assert table.num_rows == (12 + 6) * 11
     assert sum(column.null_count for column in table.columns) == 0
+
+
+def test_older_trees_go_when_the_new_ones_are_there(tmp_path, monkeypatch):
+    layout = Layout(tmp_path)
+    layout.trees_dir.mkdir(parents=True)
+    old = [layout.trees_dir / f"experiment-{number}.yaml" for number in ("01", "77")]
+    for path in old:
+        path.write_text("of an older run", encoding="utf-8")
+    full = {"text": 3}  # a disk that is full at the third one
+
+    def write(path, content):
+        full["text"] -= 1
+        if not full["text"]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(path, content)
+
+    whole = Path.write_bytes
+    with monkeypatch.context() as disk:
+        disk.setattr(Path, "write_bytes", write)
+        with pytest.raises(InputError, match="No space left"):
+            generate_trees(params(), layout)
+    assert sorted(layout.trees_dir.iterdir()) == old
+    assert {path.read_text(encoding="utf-8") for path in old} == {"of an older run"}
+    generate_trees(params(), layout)
+    assert not old[1].exists() and len(list(layout.trees_dir.iterdir())) == 6
 
 
 def test_trees_of_each_split(written):

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 
 from pydantic import NonNegativeFloat
 
-from robojoule.documents import Document, parse, read_document, read_text, write_document, write_text
+from robojoule.documents import Document, check_output, parse, read_document, read_text, write_document, write_text
 from robojoule.errors import InputError
 from robojoule.inputs import number_of, shown
 from robojoule.planning.cells.plan import CellPlan, Step
@@ -52,6 +52,17 @@ class _PlansDocument(Document):
     format: Literal["robojoule-cell-plans"]
     version: Literal[1]
     plans: tuple[_PlanDocument, ...]
+
+
+def check_plan_file(path: Path) -> None:
+    """Refuse a file that plans cannot be written to, before they are searched.
+
+    Raises:
+        InputError: Another suffix than JSON's or CSV's, or see `check_output`.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"unknown file type {shown(path.suffix)}", file=path, allowed=", ".join(SUFFIXES))
+    check_output(path)
 
 
 def write_plans(plans: Sequence[CellPlan], path: str | Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from benchmarks.generated_cells import generate_cell
 from robojoule.profile.monomials import MonomialProfile
 from robojoule.programs.cell import (
@@ -76,11 +74,6 @@ def two_robots(cycle_time_s: float = 9.0) -> Cell:
         (Handover("a1", "b1", (("p", "p"), ("p", "q"), ("q", "q"))),),
         (Collision(Choice("a2>a0", "pp"), Choice("b0>b1", "pp")), Collision(Choice("a2", "p"), Choice("b0>b1", "pq"))),
     )
-
-
-def with_cycle_time(cell: Cell, cycle_time_s: float) -> Cell:
-    """The cell at another cycle time."""
-    return replace(cell, cycle_time_s=cycle_time_s)
 
 
 SEEDS = [(2, 0, (4, 6)), (2, 1, (4, 6)), (3, 5, (3, 5))]

@@ -1,5 +1,7 @@
 """Motions out of logs of a hidden machine, and what they teach."""
 
+import dataclasses
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -32,6 +34,26 @@ def test_durations_and_energies_are_those_of_the_log():
     np.testing.assert_allclose(table["duration_s"], expected, atol=0.03)
     moving = [np.trapezoid(power[motion == number], time[motion == number]) for number in range(30)]
     np.testing.assert_allclose(table["energy_j"], moving, rtol=0.03)
+
+
+def test_a_log_may_name_its_payloads():
+    """What it names counts, not what the robot is said to carry; a motion in which it changes is left out."""
+    columns, _ = make_log(Plant(21), 21, motions=6)
+    time, _, _, _, motion = trajectory(21, 6)
+    middle = int(np.flatnonzero(motion == 2).mean())  # put down in the third one
+    masses = np.where(np.arange(time.size) < middle, 2.0, 5.0)
+    table = measured_motions(dataclasses.replace(as_log(columns), payload_kg=masses), ENTRY)
+    assert table["payload_kg"].to_pylist() == [2.0, 2.0, 5.0, 5.0, 5.0]
+    assert len(measured_motions(as_log(columns), ENTRY)) == 6
+
+
+def test_payloads_are_of_the_same_shape(rows: pa.Table):
+    """A long payload costs energy: other masses of it are as long, and the fit explains them alike."""
+    long = load_robot(ROBOT, Payload(10.0, (0.0, 0.0, 0.3), (2.0, 2.0, 0.1)))
+    half = rows.set_column(1, "payload_kg", pa.array(np.full(len(rows), 5.0)))
+    assert predictor_of(long, half).error_percent != predictor_of(ENTRY, half).error_percent
+    half_of_it = load_robot(ROBOT, Payload(5.0, (0.0, 0.0, 0.3), (1.0, 1.0, 0.05)))
+    assert predictor_of(long, half).error_percent == predictor_of(half_of_it, half).error_percent
 
 
 def test_a_machine_is_known_better_by_its_motions(rows: pa.Table):

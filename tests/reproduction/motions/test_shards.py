@@ -1,6 +1,8 @@
 """Sets of random motions by shards: what they hold, and how a folder is claimed and gone on with."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -96,12 +98,22 @@ def test_what_is_missing_broken_or_half_written_is_made_again(made, tmp_path):
     folder.motions(0).unlink()
     whole = folder.runs(2).read_bytes()
     folder.runs(2).write_bytes(whole[: len(whole) // 2])
-    (folder.runs(0).parent / ".part-00001-x.parquet").write_bytes(b"half")
+    killed = "import os, sys; from robojoule.documents import atomic_path\nwith atomic_path(sys.argv[1]): os._exit(9)"
+    subprocess.run([sys.executable, "-c", killed, str(folder.runs(1))], check=False)
+    assert len(list(folder.runs(0).parent.iterdir())) == 4  # a pattern of DuckDB takes what it left as well
     assert open_folder(motion_set(), tmp_path) == [0, 2]
     with pytest.raises(InputError, match="shard 0 is missing"):
         close_folder(motion_set(), tmp_path)
     assert make(motion_set(), tmp_path) == manifest
     assert sorted(p.name for p in folder.runs(0).parent.iterdir()) == [f"part-0000{i}.parquet" for i in range(3)]
+
+
+def test_a_set_has_the_payloads_own_inertia(made, tmp_path):
+    root, _ = made
+    inertia = [0.5, 0.5, 0.5, 0.0, 0.0, 0.0]
+    make(motion_set(robot={**DESCRIPTION["robot"], "payload_inertia_kg_m2": inertia}), tmp_path)
+    energies = [pq.read_table(folder / "runs")["energy_j"].to_numpy() for folder in (root, tmp_path)]
+    assert not np.allclose(*energies, rtol=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -161,3 +161,9 @@ def test_study_tables_are_shown_where_there_is_a_study(tmp_path, toy_results: Re
 )
 def test_methods_of_tables_have_names_for_people(key, label):
     assert key_label(key) == label
+
+
+def test_payloads_are_those_of_the_rows():
+    rows = [{"payload_kg": one} for one in ("16.0", "all", "0.0", "10.0", "16.0")]
+    assert tables._payloads(rows) == "0, 10 and 16 kg"
+    assert tables._payloads(rows[:2]) == "16 kg"

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pytest
 
@@ -11,6 +12,7 @@ from reproduction.layout import Layout
 from reproduction.profile_predictor.training import MODEL
 from reproduction.tracking.profile_predictor import REGISTERED, record_profile_predictor
 from reproduction.tracking.store import connect, store_uri
+from robojoule.errors import InputError
 from robojoule.motion.simulation import MotionPaths
 from robojoule.profile.parameters import TARGETS
 from robojoule.profile.predicted import calibrated_predictor
@@ -75,6 +77,15 @@ def test_one_that_passes_is_registered_and_served(layout: Layout):
     ends = {"start": robot.home_rad, "end": end}
     asked = {f"{side}_q{joint + 1}_rad": [q] for side, qs in ends.items() for joint, q in enumerate(qs)}
     given = pa.table({"payload_kg": [10.0], "speed_limit_percent": [50.0], **asked}).to_pandas()
+    # Rows of two payloads that bear the same index, as of two tables put together: each has its own energy.
+    both = pd.concat([given, given.assign(payload_kg=5.0), given])
+    energies = model.predict(both)["energy_j"]
+    assert energies.index.to_list() == [0, 0, 0]
+    assert energies.to_list() == [model.predict(one)["energy_j"].item() for one in (given, both.iloc[[1]], given)]
+    assert energies.iloc[0] > energies.iloc[1]
+    unwrapped = model.unwrap_python_model()
+    with pytest.raises(InputError, match="payload_kg: row 2 holds nan; allowed: finite numbers"):
+        unwrapped.predict(None, both.assign(payload_kg=[10.0, np.nan, 10.0]))
     found = model.predict(given)
     for name in ("duration_s", "energy_j", "lower_j", "upper_j"):
         assert found[name].to_list() == pytest.approx(getattr(expected, name)[0].tolist())

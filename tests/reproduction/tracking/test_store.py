@@ -126,6 +126,13 @@ def test_the_champion_before_is_kept_by_name(tmp_path):
     assert {name: str(version) for name, version in found.items()} == {"champion": "3", "previous": "2"}
 
 
+def test_a_registry_that_fails_is_told(tmp_path):
+    """Else the champion before would be lost in silence."""
+    mlflow = connect(Layout(tmp_path))
+    with pytest.raises(mlflow.exceptions.MlflowException, match="energy-profile"):
+        promote(mlflow, "energy-profile", "1")  # no such model
+
+
 @pytest.mark.parametrize("variable", ["ROBOJOULE_TRIAL", "DVC_EXP_NAME"])
 def test_a_trial_does_not_change_what_others_plan_with(tmp_path, monkeypatch, variable):
     mlflow = connect(Layout(tmp_path))

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from reproduction.layout import Layout
 from reproduction.study.comparison import Comparison
 from reproduction.tables import table_of_rows, write_csv, write_parquet
@@ -16,7 +18,7 @@ def error(model: str, figure: float, **key: object) -> dict[str, object]:
     return {**key, "model": model, "target": "energy_saving_j", "rel_p50_percent": figure, "motions": 4}
 
 
-def test_every_fold_has_a_run_with_its_errors_and_what_it_chose(tmp_path: Path):
+def test_every_fold_has_a_run_with_its_errors_and_what_it_chose(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     layout, params = Layout(tmp_path), small_study()
     found = Comparison(
         rows=[error(model, 10.0) for model in MODELS],
@@ -27,6 +29,7 @@ def test_every_fold_has_a_run_with_its_errors_and_what_it_chose(tmp_path: Path):
     write_csv(layout.study_tables_dir / "predictors.csv", found.rows)
     write_parquet(layout.study_data_dir / "predictors.parquet", table_of_rows([{"motion": 1}]))
     (tmp_path / "studies/dvc.lock").write_text("schema: '2.0'\n", encoding="utf-8")
+    monkeypatch.setenv("DVC_EXP_NAME", "wide-forests")
     mlflow = connect(layout, STUDY)
     tracking.record(mlflow, layout, params, found)
 
@@ -41,10 +44,10 @@ def test_every_fold_has_a_run_with_its_errors_and_what_it_chose(tmp_path: Path):
         above = {"nested cross-validation": None, **dict.fromkeys(MODELS, "nested cross-validation")}
         parent = above.get(name, name.split(",")[0])
         assert run.data.tags.get("mlflow.parentRunId") == (by_name[parent].info.run_id if parent else None)
-        assert {"git_commit", "config_hash", "lock_hash", "dvc_stage"} <= set(run.data.tags)
+        assert {"git_commit", "config_hash", "lock_hash", "dvc_stage", "dvc_experiment"} <= set(run.data.tags)
     second = by_name["random_forest, fold 2"]
-    assert second.data.metrics == {"energy_saving_j.rel_p50_percent": 11.0}
+    assert second.data.metrics == {"predictors.energy_saving_j.random_forest.rel_p50_percent": 11.0}
     assert second.data.params["min_samples_leaf"] == "3"
-    assert by_name["random_forest"].data.metrics["coverage_percent"] == 90.0
+    assert by_name["random_forest"].data.metrics["predictors.interval.random_forest.coverage_percent"] == 90.0
     (data,) = by_name["nested cross-validation"].inputs.dataset_inputs
     assert data.dataset.digest == data_hash(layout.study_data_dir / "predictors.parquet")
