@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from robojoule.cli._controller import beside_of, check_beside
 from robojoule.documents import check_output
 from robojoule.errors import InputError, require_package
 from robojoule.inputs import as_path, number_of, shown
@@ -16,10 +16,8 @@ from robojoule.inputs import as_path, number_of, shown
 if TYPE_CHECKING:
     from robojoule.arrays import Array
     from robojoule.formats.program import Program
-    from robojoule.formats.vendor.trace import Beside
     from robojoule.planning.pareto import TradeOff
     from robojoule.planning.plan import Plan
-    from robojoule.robots.rigid_body import Placement
     from robojoule.robots.robot import Robot
     from robojoule.year import Operation
 
@@ -75,33 +73,14 @@ def program_and_robot_of(
     """The program that the arguments name, as the robot executes it that they or it name; none only if not needed."""
     from robojoule.formats.program import load_program
 
-    program = load_program(arguments.program, beside=_beside_of(arguments))
+    check_beside(arguments, arguments.program)
+    program = load_program(arguments.program, beside=beside_of(arguments))
     if arguments.angles is not None:
         program = program.counted_as(arguments.angles)
     if not needs_robot and arguments.robot is None and program.robot is None:
         return program, None
     robot = robot_of(arguments, program)
     return program.for_robot(robot), robot
-
-
-def _beside_of(arguments: argparse.Namespace) -> Beside:
-    """What is given beside a program's file; options overrule the file of the controller's data."""
-    from robojoule.formats.vendor.controller_data import frame, read_controller_data, wait_of
-    from robojoule.formats.vendor.trace import Beside
-
-    beside = Beside() if arguments.controller_data is None else read_controller_data(arguments.controller_data)
-    frames: dict[str, Placement | None] = {"tool": None, "base": None}
-    for name in frames:
-        if (given := getattr(arguments, name)) is not None:
-            try:
-                frames[name] = frame(*given)
-            except InputError as error:
-                raise InputError(error.problem, key=f"--{name}", allowed=error.allowed) from None
-    try:
-        waits = dict(wait_of(text) for text in arguments.wait)
-    except InputError as error:
-        raise InputError(error.problem, key="--wait", allowed=error.allowed) from None
-    return replace(beside, waits_s={**beside.waits_s, **waits}, tool=frames["tool"], base=frames["base"])
 
 
 def add_robot(parser: argparse.ArgumentParser, *, named_by_program: bool = False) -> None:
@@ -351,18 +330,20 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
 
     Args:
         arguments: Parsed arguments.
-        inputs: Names of those that are files to read.
+        inputs: Names of those that are files to read; the controller's data always are.
         outputs: Names of those that are files to write, with the suffixes that each may have.
 
     Raises:
-        InputError: A wrong suffix, a missing folder or package, or a file that is read or written by another argument.
+        InputError: A wrong suffix, a missing folder or package, a file that is read or written by another argument, or
+            one that is there and would be replaced unasked.
     """
-    read = {name: [as_path(path, name)] for name in inputs if (path := getattr(arguments, name)) is not None}
+    all_read = [*inputs, *(name for name in ("controller_data",) if hasattr(arguments, name))]
+    read = {name: [as_path(path, name)] for name in all_read if (path := getattr(arguments, name)) is not None}
     if read.get("robot", [Path()])[0].suffix.lower() == ".urdf":  # its drive file is read, too
         from robojoule.robots.urdf import DRIVE_FILE_SUFFIXES
 
         read["robot"] += [read["robot"][0].with_suffix(suffix) for suffix in DRIVE_FILE_SUFFIXES]
-    taken = [(path, f"the {name}") for name, paths in read.items() for path in paths]
+    taken = [(path, f"the {name.replace('_', ' ')}") for name, paths in read.items() for path in paths]
     for name, suffixes in outputs.items():
         if (text := getattr(arguments, name)) is None:
             continue
@@ -370,12 +351,23 @@ def check_outputs(arguments: argparse.Namespace, inputs: Sequence[str], outputs:
         if path.suffix.lower() not in suffixes:
             raise InputError(f"unknown file type {shown(path.suffix)}", key=option, allowed=", ".join(suffixes))
         check_output(path, option)
+        _check_companions(path, option)
         for other, what in taken:
             if _is_same(path, other):
                 raise InputError(f"this is {what} itself", file=path, key=option, allowed="another file")
         taken.append((path, f"the file of {option}"))
         if name == "plot":
             require_package("matplotlib", "plot", option)
+
+
+def _check_companions(path: Path, option: str) -> None:
+    """Refuse a program to write with which another file that is there would be replaced."""
+    from robojoule.formats.registry import FORMATS
+    from robojoule.formats.vendor.files import VendorFiles
+
+    for found in FORMATS:
+        if isinstance(found, VendorFiles) and path.suffix.lower() in found.suffixes:
+            found.check_companions(path, found.companions, option)
 
 
 def _is_same(path: Path, other: Path) -> bool:

@@ -62,5 +62,5 @@ def _fetched(model: str, folder: str) -> Path:
     try:
         return Path(mlflow.artifacts.download_artifacts(artifact_uri=model, dst_path=folder))
     except (mlflow.exceptions.MlflowException, OSError) as error:
-        said = f"'{model}' cannot be had ({reason(error)})"
+        said = f"'{model}' cannot be fetched ({reason(error)})"
         raise InputError(said, key="--model", allowed="models:/NAME@ALIAS or models:/NAME/VERSION") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,8 +12,7 @@ if TYPE_CHECKING:
 
 def payloads_kg(program: Program, robot: Robot) -> list[float]:
     """What the robot carries in the moves of a program, each once, in the order of the moves. [kg]"""
-    carried = program.for_robot(robot).tree.payloads()
-    return list(dict.fromkeys(float((robot.payload if one is None else one).mass_kg) for one in carried))
+    return program.for_robot(robot).tree.payloads_kg(float(robot.payload.mass_kg))
 
 
 def show_head(result: dict[str, Any]) -> None:
@@ -63,9 +63,11 @@ def show_diff(result: dict[str, Any]) -> None:
 
 def show_written(result: dict[str, Any], *names: str) -> None:
     """Print the files that were written, each under the name of its option."""
+    from robojoule.formats.registry import companions_of
+
     for name in names:
         if result.get(name):
-            print(f"written to {result[name]}")
+            print(f"written to {' and '.join([result[name], *map(str, companions_of(Path(result[name])))])}")
 
 
 def show_outlook(result: dict[str, Any]) -> None:

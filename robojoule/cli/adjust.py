@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robojoule.cli._arguments import (
     add_bounds,
@@ -23,6 +24,10 @@ from robojoule.cli._arguments import (
 from robojoule.cli._models import model_folder
 from robojoule.cli._output import payloads_kg
 from robojoule.cli.optimize import show
+
+if TYPE_CHECKING:
+    from robojoule.formats.program import Program
+    from robojoule.robots.robot import Robot
 
 __all__ = ["add_arguments", "run", "show"]
 
@@ -55,6 +60,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_diff(parser)
 
 
+def _given(arguments: argparse.Namespace, plan: Program, robot: Robot) -> Program:
+    """The program that a plan was made from; the lengths of its waits are given by the lines of the plan."""
+    from robojoule.formats.program import load_program
+
+    given = load_program(arguments.given)
+    if given.source is not None and plan.source is not None:
+        beside = replace(plan.source.beside, waits_s=plan.source.waits_for(given.source))
+        given = load_program(arguments.given, beside=beside)
+    return (given if arguments.angles is None else given.counted_as(arguments.angles)).for_robot(robot)
+
+
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Plan again, and write what is asked for."""
     from robojoule.api import adjust
@@ -63,9 +79,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     suffixes = [suffix for one in FORMATS for suffix in one.suffixes]
     check_outputs(arguments, ["robot", "runs", "given"], {"out": suffixes})
     program, robot = program_and_robot_of(arguments)
-    given = None
-    if arguments.given is not None:
-        given, _ = program_and_robot_of(argparse.Namespace(**{**vars(arguments), "program": arguments.given}))
+    given = None if arguments.given is None else _given(arguments, program, robot)
     with model_folder(arguments.model) as model:
         plan = adjust(
             program,

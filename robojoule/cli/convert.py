@@ -30,6 +30,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return {
         "program": program.name,
         "out": str(made.path),
+        "files": [str(path) for path in made.files],
         "format": made.format,
         "moves": made.moves,
         "lost": list(made.lost),
@@ -38,6 +39,6 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def show(result: dict[str, Any]) -> None:
     """Print what was written, and to the error output what the format cannot say."""
-    print(f"{counted(result['moves'], 'move')} written to {result['out']} ({result['format']})")
+    print(f"{counted(result['moves'], 'move')} written to {' and '.join(result['files'])} ({result['format']})")
     for text in result["lost"]:
         print(f"not in the new file as it was: {text}", file=sys.stderr)

@@ -114,7 +114,7 @@ def _of_runs(arguments: argparse.Namespace, robot: Robot) -> dict[str, Any]:
     for option in ("runs", "plot", "torque_constants", "smoothing", "window"):
         if getattr(arguments, option) is not None:
             problem = "this goes with a log, not with a table of runs"
-            raise InputError(problem, key=f"--{option.replace('_', '-')}", allowed="no such option")
+            raise InputError(problem, key=f"--{option.replace('_', '-')}")
     timing = _timing(arguments, arguments.log, robot)
     write_files(_robot_file(arguments, timing))
     head = {"robot": robot.name, "payload_kg": float(robot.payload.mass_kg), "log": timing.source}

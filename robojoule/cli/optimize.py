@@ -146,8 +146,9 @@ def show(result: dict[str, Any]) -> None:
 def show_year(year: dict[str, Any]) -> None:
     """Print what a plan means in a year."""
     print(
-        f"in {year['hours_per_year']:.0f} h a year: {round(year['saved_kwh'])} kWh less, {round(year['saved_cost'])} "
-        f"{year['currency']} and {round(year['saved_co2_kg'])} kg CO2"
+        f"in {year['hours_per_year']:.0f} h a year: {round(abs(year['saved_kwh']))} kWh "
+        f"{'more' if round(year['saved_kwh']) < 0 else 'less'}, {round(abs(year['saved_cost']))} "
+        f"{year['currency']} and {round(abs(year['saved_co2_kg']))} kg CO2"
     )
 
 

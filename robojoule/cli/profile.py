@@ -18,6 +18,7 @@ from robojoule.cli._arguments import (
     robot_of,
     whole_number,
 )
+from robojoule.cli._controller import check_beside
 from robojoule.cli._models import model_folder
 from robojoule.errors import InputError
 
@@ -71,6 +72,7 @@ def _profile(arguments: argparse.Namespace, model: Path | None) -> EnergyProfile
                 raise InputError("a move of a program has its ends", key=option, allowed="--move alone")
         program, robot = program_and_robot_of(arguments)
         return energy_profile(robot, program=program, move=arguments.move, runs=arguments.runs, **settings)
+    check_beside(arguments, None)
     for option, value in (("--move", arguments.move), ("--runs", arguments.runs)):
         if value is not None:
             raise InputError("this needs the program whose moves are meant", key=option, allowed="PROGRAM before it")

@@ -13,7 +13,7 @@ from robojoule.formats.format import Format
 from robojoule.formats.joint_motions import as_joint_motions
 from robojoule.formats.position_files import PositionFiles
 from robojoule.formats.program import Program
-from robojoule.formats.registry import format_of
+from robojoule.formats.registry import companions_of, format_of
 from robojoule.formats.vendor.files import VendorFiles
 from robojoule.inputs import as_path
 from robojoule.programs.operation_tree import (
@@ -37,12 +37,14 @@ class Conversion:
     Attributes:
         path: The file.
         format: Name of its format.
+        files: All files that were written, that one first.
         moves: How many moves it has.
         lost: What the format cannot say, a sentence each.
     """
 
     path: Path
     format: str
+    files: tuple[Path, ...]
     moves: int
     lost: tuple[str, ...]
 
@@ -64,10 +66,10 @@ def converted(program: Program, path: str | Path, robot: Robot | None = None) ->
     found, tree = format_of(target), known.tree
     if known.source is not None and found.name == known.format:
         known.save(target)
-        return Conversion(target, found.name, len(tree.moves()), ())
+        return Conversion(target, found.name, (target, *companions_of(target)), len(tree.moves()), ())
     lost = _written(found, known, tree, target, robot)
     lost = (*(f"{note} (of the program that was read)" for note in known.notes), *_said_once(lost))
-    return Conversion(target, found.name, len(tree.moves()), lost)
+    return Conversion(target, found.name, (target, *companions_of(target)), len(tree.moves()), lost)
 
 
 def _said_once(sentences: Sequence[str]) -> list[str]:

@@ -24,6 +24,7 @@ from robojoule.robots.robot import Robot
 
 # Whose robots run programs of a format.
 _VENDORS = {"KUKA KRL": "KUKA", "FANUC TP": "FANUC", "ABB RAPID": "ABB", "URScript": "Universal Robots"}
+NOT_BESIDE = "what stands in the controller goes with a program in a robot's own language"
 TOOL_TIMING = (
     "moves along paths of the tool take the dead time of the learnt timing alone: their speeds, accelerations and jerk "
     "phases are those of the drives"
@@ -215,6 +216,8 @@ class Program:
         check_output(target)
         found = format_of(target)
         if self.source is not None and found.name == self.format:
+            if isinstance(found, VendorFiles):
+                found.check_companions(target, [one.path.suffix.lower() for one in self.source.program.sources])
             self.source.save(self.tree, target)
             return
         text = self.text if found.name == self.format else None
@@ -235,13 +238,16 @@ def load_program(path: str | Path, robot: Robot | None = None, *, beside: Beside
         beside: What stands in the controller, not in the file: tools, bases, payloads, durations of waits.
 
     Raises:
-        InputError: Unknown suffix, unreadable file, or a file that does not hold a program.
+        InputError: Unknown suffix, unreadable file, a file that does not hold a program, or something given beside one
+            that is not in a robot's own language.
     """
     file = as_path(path, "path")
     found = format_of(file)
     if isinstance(found, VendorFiles):
         source = found.source(file, beside)
         return _program(source if robot is None else source.of(robot), file, found.name)
+    if beside is not None and beside != Beside():
+        raise InputError(NOT_BESIDE, file=file, key="beside", allowed="no such data, or a program of such a kind")
     reading = found.read(file)
     return Program(reading.tree, file, found.name, reading.places, reading.text)
 

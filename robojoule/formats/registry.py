@@ -73,11 +73,17 @@ def _new_ur(tree: OperationTree, robot: Robot | None, name: str) -> Composed:
 FORMATS: tuple[Format, ...] = (
     TreeFiles(),
     PositionFiles(),
-    VendorFiles("KUKA KRL", (".src",), _krl, _new_krl),
+    VendorFiles("KUKA KRL", (".src",), _krl, _new_krl, companions=(".dat",)),
     VendorFiles("FANUC TP", (".ls",), _teach_pendant, _new_teach_pendant),
     VendorFiles("ABB RAPID", (".mod", ".prg"), _rapid, _new_rapid, speed_step_percent=0.1),
     VendorFiles("URScript", (".script",), _ur, _new_ur, speed_step_percent=0.1),
 )
+
+
+def companions_of(path: Path) -> tuple[Path, ...]:
+    """Files that go with a program's file, as far as they are there: the .dat of a .src."""
+    found = next((one for one in FORMATS if path.suffix.lower() in one.suffixes), None)
+    return found.companions_of(path) if isinstance(found, VendorFiles) else ()
 
 
 def format_of(path: str | Path) -> Format:

@@ -79,6 +79,7 @@ def packed(report: Report, detail: Detail = FULL) -> dict[str, Any]:
         shortened.append(f"speed limits at the slider are within {detail.coarse * _LIMIT_PERCENT:g} % of full speed")
     return {
         "plan": plan,
+        "payloads_kg": report.plan.program.tree.payloads_kg(plan["payload_kg"]),
         "yearly": report.yearly.to_dict(),
         "trade_off": {**trade, "largest_gap_percent": 100.0 * report.trade_off.largest_gap},
         "given": _trace(report.given, detail.coarse),

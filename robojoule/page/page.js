@@ -80,17 +80,24 @@ function bestPlan(cycleTime) {
 }
 
 function heading() {
-  document.title = `${plan.program}: ${fixed(plan.saving_percent, 1)} % less energy`;
-  byId("what").textContent = `${plan.program} on ${plan.robot}, payload ${plan.payload_kg} kg, cycle time ` +
+  const less = (saved, digits) => (rounded(saved, digits) >= 0 ? "less" : "more");
+  const compared = `${fixed(Math.abs(plan.saving_percent), 1)} % ${less(plan.saving_percent, 1)} energy`;
+  document.title = `${plan.program}: ${compared}`;
+  const carried = data.payloads_kg.map((mass) => String(fixed2(mass))), last = carried.pop();
+  const masses = carried.length ? `${carried.join(", ")} and ${last}` : last;
+  const byProgram = carried.length || data.payloads_kg[0] !== plan.payload_kg ? " as the program sets it" : "";
+  byId("what").textContent = `${plan.program} on ${plan.robot}, payload ${masses} kg${byProgram}, cycle time ` +
     `${fixed(plan.cycle_time_s, 3)} s`;
-  const less = plan.saving_percent >= 0 ? "less" : "more";
-  byId("headline").textContent = `${fixed(Math.abs(plan.saving_percent), 1)} % ${less} energy: ` +
+  byId("headline").textContent = `${compared}: ` +
     `${whole(plan.energy_j)}\u00a0J per cycle, not ${whole(plan.energy_given_j)}\u00a0J`;
+  const saved = year.saved_kwh >= 0 ? "saved a year" : "more a year";
+  const full = plan.saving_over_unoptimized_percent;
   const tiles = [
-    [`${figures(year.saved_kwh)} kWh`, `saved a year, in ${whole(year.hours_per_year)} h of production`],
-    [`${figures(year.saved_cost)} ${year.currency}`, `saved a year, at ${fixed(year.price_per_kwh, 2)} ${year.currency}/kWh`],
-    [`${figures(year.saved_co2_kg)} kg CO\u2082`, `saved a year, at ${whole(year.co2_g_per_kwh)} g/kWh`],
-    [`${fixed(plan.saving_over_unoptimized_percent, 1)} %`, "less than full speed, then waiting"],
+    [`${figures(Math.abs(year.saved_kwh))} kWh`, `${saved}, in ${whole(year.hours_per_year)} h of production`],
+    [`${figures(Math.abs(year.saved_cost))} ${year.currency}`,
+      `${saved}, at ${fixed(year.price_per_kwh, 2)} ${year.currency}/kWh`],
+    [`${figures(Math.abs(year.saved_co2_kg))} kg CO\u2082`, `${saved}, at ${whole(year.co2_g_per_kwh)} g/kWh`],
+    [`${fixed(Math.abs(full), 1)} %`, `${less(full, 1)} than full speed, then waiting`],
     [`${whole(plan.peak_power_w)} W`, "largest mains power"],
     [`${fixed(100 * plan.peak_torque_ratio, 0)} %`, "largest torque, of its peak limit"],
   ];

@@ -27,7 +27,7 @@ from robojoule.year import Yearly
 SUFFIXES = (".html",)
 _FOLDER = Path(__file__).parent
 _PROFILE_POINTS = 33
-MOST_BYTES = 480_000  # of a page
+MOST_BYTES = 480_000  # of a page; one that is larger says so
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +101,13 @@ class Report:
         for name in ("uplot.min.css", "page.css", "uplot.min.js", "page.js"):
             text = text.replace(f"/*{name}*/", (_FOLDER / name).read_text(encoding="utf-8").strip())
         for detail in DETAILS:
-            data = json.dumps(packed(self, detail), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+            held = packed(self, detail)
+            data = _as_json(held)
             if len(text) + len(data) <= MOST_BYTES:
                 break
+        else:
+            held["shortened"].append(f"even so the page is larger than {MOST_BYTES / 1e3:.0f} kB")
+            data = _as_json(held)
         return text.replace("/*data*/", data)
 
     def save(self, path: str | Path) -> None:
@@ -203,6 +207,11 @@ def _trace(trace: CycleTrace) -> dict[str, Any]:
         "power_w": _digits(trace.power_w, 5),
         "parts_j": trace.parts_j,
     }
+
+
+def _as_json(held: Mapping[str, Any]) -> str:
+    """Data as a page can hold it: nothing in it ends the element that it stands in."""
+    return json.dumps(held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _digits(values: Array | Sequence[float], digits: int = 9) -> list[float]:

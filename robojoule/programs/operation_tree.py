@@ -174,6 +174,14 @@ class OperationTree(Document):
                 found.append(carried)
         return tuple(found)
 
+    def payloads_kg(self, given_kg: float) -> list[float]:
+        """What the robot carries in the moves, each mass once, in the order of the moves. [kg]
+
+        Args:
+            given_kg: What it was given, which counts until the program sets something else. [kg]
+        """
+        return list(dict.fromkeys(given_kg if one is None else float(one.mass_kg) for one in self.payloads()))
+
     @property
     def added_waits_s(self) -> float:
         """Sum of the waits that a plan has added. [s]"""

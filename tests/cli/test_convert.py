@@ -73,7 +73,7 @@ def test_what_a_format_cannot_say_is_listed(tmp_path, capsys):
     ]
     assert main(["convert", words[0], str(tmp_path / "cell.src"), *words[1:]]) == 0
     out, err = capsys.readouterr()
-    assert out == f"3 moves written to {tmp_path / 'cell.src'} (KUKA KRL)\n"
+    assert out == f"3 moves written to {tmp_path / 'cell.src'} and {tmp_path / 'cell.dat'} (KUKA KRL)\n"
     assert "process 'weld' is a wait, without its power" in err and "that move 'down' is fixed is not said" in err
     again = load_program(tmp_path / "cell.src")
     assert again.moves[0].zone == tree.moves()[0].zone
@@ -106,3 +106,58 @@ def test_bad_input_is_one_sentence_and_writes_nothing(tmp_path, capsys, name):
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_file_that_would_go_with_the_new_one_is_kept(tmp_path, capsys):
+    source = program(tmp_path, "kuka_kr16_r2010_2")
+    (tmp_path / "keep.DAT").write_text("mine")
+    words = ["convert", str(source), str(tmp_path / "keep.src"), "--robot", "kuka_kr16_r2010_2"]
+    assert main(words) == 2
+    error = capsys.readouterr().err
+    assert "keep.DAT, --out: this file would go with 'keep.src', and is there already" in error
+    assert (tmp_path / "keep.DAT").read_text() == "mine" and not (tmp_path / "keep.src").exists()
+
+
+def test_all_files_of_a_program_are_listed_and_replaced_together(tmp_path, capsys):
+    source = program(tmp_path, "kuka_kr16_r2010_2")
+    files = [str(tmp_path / "new.src"), str(tmp_path / "new.dat")]
+    for _ in range(2):
+        assert main(["convert", str(source), files[0], "--robot", "kuka_kr16_r2010_2", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["files"] == files
+
+
+def test_a_program_without_data_does_not_take_those_of_another_one(tmp_path, capsys):
+    (tmp_path / "a.src").write_text("DEF a( )\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nPTP {A1 9}\nEND\n")
+    for name in ("b.src", "b.dat"):
+        (tmp_path / name).write_text("mine")
+    assert main(["convert", str(tmp_path / "a.src"), str(tmp_path / "b.src")]) == 2
+    assert "b.dat: this file would go with 'b.src'" in capsys.readouterr().err
+    assert [(tmp_path / name).read_text() for name in ("b.src", "b.dat")] == ["mine", "mine"]
+
+
+@pytest.mark.parametrize("words", [["convert", "DATA"], ["optimize", "--cycle-time", "+10%", "--out", "DATA"]])
+def test_the_controllers_data_are_not_written_over(tmp_path, capsys, words):
+    (tmp_path / "a.src").write_text("DEF a( )\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nPTP {A1 9}\nEND\n")
+    data = tmp_path / "ctrl.yaml"
+    data.write_text("format: robojoule-controller-data\nversion: 1\n")
+    before = data.read_text()
+    said = [words[0], str(tmp_path / "a.src"), *(str(data) if word == "DATA" else word for word in words[1:])]
+    assert main([*said, "--controller-data", str(data), "--robot", "kuka_kr16_r2010_2"]) == 2
+    assert "this is the controller data itself" in capsys.readouterr().err and data.read_text() == before
+
+
+NAMES = {
+    "while.src": ("DEF while_2( )", "'while' cannot be its name"),
+    "Bas.src": ("DEF Bas_2( )", "the program is called Bas_2"),
+    "my-part.src": ("DEF my_part( )", "the program is called my_part"),
+    "con.ls": ("/PROG  CON_2", "the program is called con_2"),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_program_has_a_name_that_its_language_allows(tmp_path, capsys, name):
+    head, said = NAMES[name]
+    robot = "fanuc_m10_12_14d" if name.endswith(".ls") else "kuka_kr16_r2010_2"
+    assert main(["convert", str(program(tmp_path, robot)), str(tmp_path / name), "--robot", robot]) == 0
+    assert said in capsys.readouterr().err and head in (tmp_path / name).read_text()
+    assert len(load_program(tmp_path / name).moves) == 3

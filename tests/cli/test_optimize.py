@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from robojoule.cli import main
+from robojoule.cli.optimize import show_year
 from robojoule.formats.program import Program, load_program
 
 ROBOT = ["--robot", "kuka_kr16_r2010_2", "--payload", "10"]
@@ -104,6 +105,13 @@ def test_people_read_what_it_saves_against_what(program, tmp_path, capsys):
     assert "% less" in shown
     assert "warning" not in shown
     assert f"written to {out}" in shown
+
+
+@pytest.mark.parametrize("saved_kwh, said", [(5.2, "5 kWh less, 1"), (-5.2, "5 kWh more, 1"), (-0.2, "0 kWh less, 0")])
+def test_a_year_with_more_energy_is_called_more(capsys, saved_kwh, said):
+    year = {"hours_per_year": 4000.0, "currency": "EUR", "saved_kwh": saved_kwh}
+    show_year({**year, "saved_cost": 0.2 * saved_kwh, "saved_co2_kg": 0.4 * saved_kwh})
+    assert capsys.readouterr().out.startswith(f"in 4000 h a year: {said} EUR and ")
 
 
 def test_a_program_that_was_slower_is_warned_of(program, tmp_path, capsys):

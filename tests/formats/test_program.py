@@ -9,6 +9,7 @@ import robojoule as rj
 from robojoule.errors import InputError
 from robojoule.formats.conversion import converted
 from robojoule.formats.program import Program, load_program
+from robojoule.formats.vendor.trace import Beside
 from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.programs.tree_check import check_tree
 from robojoule.robots import load_robot
@@ -68,6 +69,28 @@ def test_a_tree_alone_can_be_checked(robot):
     check_tree(program(HOME_DEG).tree, robot)
     with pytest.raises(InputError, match=r"^operations\.0\.target_rad: move 'move-1': joint_2"):
         check_tree(program((0, 90, 0, 0, 0, 0)).tree, robot)
+
+
+def test_what_stands_in_the_controller_is_refused_beside_a_tree(tmp_path):
+    program(HOME_DEG).save(tmp_path / "pick.yaml")
+    load_program(tmp_path / "pick.yaml", beside=Beside())
+    with pytest.raises(InputError, match=r"pick\.yaml, beside: what stands in the controller"):
+        load_program(tmp_path / "pick.yaml", beside=Beside(waits_s={3: 1.0}))
+
+
+def test_data_of_another_program_are_not_replaced(tmp_path, robot):
+    (tmp_path / "pick.dat").write_text("mine")
+    with pytest.raises(InputError, match=r"pick\.dat: this file would go with 'pick\.src'"):
+        converted(program((50, -70, 80, 0, 30, 0)), tmp_path / "pick.src", robot)
+    (tmp_path / "pick.dat").unlink()
+    made = converted(program((50, -70, 80, 0, 30, 0)), tmp_path / "pick.src", robot)
+    assert made.files == (tmp_path / "pick.src", tmp_path / "pick.dat")
+    read = load_program(made.path, robot)
+    read.save(made.path)  # its own data are its own
+    (tmp_path / "other.dat").write_text("mine")
+    with pytest.raises(InputError, match=r"other\.dat: this file would go"):
+        read.save(tmp_path / "other.src")
+    assert (tmp_path / "other.dat").read_text() == "mine" and not (tmp_path / "other.src").exists()
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json", ".csv"])

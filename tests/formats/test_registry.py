@@ -67,7 +67,7 @@ def test_a_folder_or_bytes_are_no_program(tmp_path, suffix):
     (tmp_path / f"folder{suffix}").mkdir()
     (tmp_path / f"bytes{suffix}").write_bytes(b"\xff\xfe\x00q1")
     for name in ("folder", "bytes"):
-        with pytest.raises(InputError, match=r"this is a folder|is UTF-16, not UTF-8 text|not a text of one byte"):
+        with pytest.raises(InputError, match=r"this is a folder|is UTF-16, not UTF-8 text|not 8-bit text"):
             load_program(tmp_path / f"{name}{suffix}")
 
 

@@ -11,8 +11,10 @@ from selenium.webdriver.common.keys import Keys
 import robojoule as rj
 from robojoule.errors import InputError
 from robojoule.page.report import Report
+from robojoule.programs.operation_tree import tree_from_configurations
 from robojoule.year import Operation
 from tests.browser import browser
+from tests.calibration.machines import closed_cycle, joint_controller, observed
 from tests.page.held import held
 
 EXAMPLE = Path(rj.__file__).parent / "examples" / "cycle.yaml"
@@ -102,12 +104,54 @@ def test_the_slider_shows_the_figures_of_pareto(case, report, tmp_path):
         assert float(text("at-time").split()[0]) < before
 
 
-@pytest.mark.parametrize("profiles", ["predicted"])
-def test_pages_of_other_profiles(case, profiles):
+def test_a_page_of_predicted_profiles(case):
     program, robot, _ = case
-    plan = rj.optimize(program, robot, cycle_time="+10%", profiles=profiles)
-    found = rj.report(plan, program, robot, trade_off=rj.pareto(program, robot, profiles=profiles)).to_dict()
+    plan = rj.optimize(program, robot, cycle_time="+10%", profiles="predicted")
+    found = rj.report(plan, program, robot, trade_off=rj.pareto(program, robot, profiles="predicted")).to_dict()
     assert found["planned"]["parts_j"].keys() == {"motions_j", "standing_j", "process_j"}
+
+
+def test_a_page_of_measured_runs():
+    """Powers are means of the motions; what the page holds adds up to the energies of the plan on the runs."""
+    paths, points = closed_cycle(seed=9, moves=4)
+    program = rj.Program(tree_from_configurations("cell", points))
+    machine = joint_controller(paths.robot, exponent=1.0)
+    runs = observed(paths, machine, (1.0, 0.6, 0.3))
+    plan = rj.optimize(program, paths.robot, cycle_time="+30%", runs=runs)
+    curve = rj.pareto(program, paths.robot, runs=runs)
+    made = rj.report(plan, program, paths.robot, trade_off=curve)
+    assert plan.profiles == "measured"
+    assert sum(made.planned.parts_j.values()) == pytest.approx(plan.energy_j, rel=1e-9)
+    assert integral_j(made.planned) == pytest.approx(plan.energy_j, rel=0.01)
+    shown = held(made.page())
+    assert shown["plan"]["profiles"] == "measured" and len(shown["movements"]) == 4
+    assert shown["plan"]["outlook"]["saving_low_percent"] < plan.saving_percent
+
+
+def test_more_energy_is_called_more_and_what_the_program_sets_is_carried(tmp_path):
+    """A faster cycle takes more energy; the payloads are those that the program sets."""
+    slow = EXAMPLE.read_text(encoding="utf-8").replace("type: move,", "type: move, speed_limit_percent: 40,")
+    payload = "  - {type: payload, name: gripper, mass_kg: 4, com_m: [0, 0, 0.1]}\n"
+    head, end, tail = slow.partition("every name once\n")
+    (tmp_path / "faster.yaml").write_text(head + end + payload + tail, encoding="utf-8")
+    program, robot = rj.load_program(tmp_path / "faster.yaml"), rj.load_robot("kuka_kr16_r2010_2", payload_kg=10)
+    given_s = rj.simulate(program, robot).cycle_time_s
+    plan = rj.optimize(program, robot, cycle_time=0.75 * given_s, allow_faster=True)
+    assert plan.saving_percent < -0.1
+    rj.report(plan, program, robot).save(tmp_path / "page.html")
+    with browser() as window:
+        window.get((tmp_path / "page.html").as_uri())
+        said = f"{-plan.saving_percent:.1f} % more energy"
+        assert window.title == f"{plan.program.name}: {said}"
+        assert said in window.find_element(By.ID, "headline").text
+        assert "payload 4 kg as the program sets it," in window.find_element(By.ID, "what").text
+        tiles = window.find_element(By.ID, "tiles").text
+        assert "more a year" in tiles and "saved a year" not in tiles and "\u2212" not in tiles
+
+
+def test_a_page_that_is_too_large_all_the_same_says_so(report, monkeypatch):
+    monkeypatch.setattr("robojoule.page.report.MOST_BYTES", 60_000)  # less than uPlot and the page itself
+    assert held(report.page())["shortened"][-1] == "even so the page is larger than 60 kB"
 
 
 def test_a_plan_of_another_program_is_refused(case, tmp_path):

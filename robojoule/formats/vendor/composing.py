@@ -193,6 +193,12 @@ def identifiers(names: list[str], longest: int, taken: tuple[str, ...] = ()) -> 
     return found
 
 
+def renamed(stem: str, program: str) -> Iterator[str]:
+    """What to know where a program cannot have the name of its file."""
+    if program.upper() != stem.upper():
+        yield f"the program is called {program}, as its file must be on the controller: '{stem}' cannot be its name"
+
+
 def degrees_text(positions: list[tuple[float, ...]]) -> list[list[str]]:
     """Angles in degrees, in as few digits as read back as the very same radians."""
     return [[_degrees(value) for value in position] for position in positions]

@@ -347,7 +347,7 @@ class _Resolver:
             return None
         if self.poses is None:
             problem = f"the target of {motion.label or 'the motion'} is a place of the tool, which needs a robot"
-            raise NeedsRobot(problem, key=_at(motion), allowed="a robot, with the program or as --robot")
+            raise NeedsRobot(problem, key=motion.place, allowed="a robot, with the program or as --robot")
         try:
             found = self.poses.joints(target, self.position)
         except NotKnown as error:
@@ -361,14 +361,14 @@ class _Resolver:
         given = target.angles_rad
         if self.robot is not None and len(given) > self.robot.joint_count:
             problem = f"the target has {counted(len(given), 'angle')}, but {self.robot.name} has"
-            raise InputError(f"{problem} {counted(self.robot.joint_count, 'joint')}", key=_at(motion))
+            raise InputError(f"{problem} {counted(self.robot.joint_count, 'joint')}", key=motion.place)
         if self.position is None:
             if target.relative or None in given:
                 self._keep(motion, "it depends on where the robot is, which is not known")
                 return None
             return tuple(float(value) for value in given if value is not None)
         if len(given) > len(self.position):
-            raise InputError("the target has another number of angles", key=_at(motion))
+            raise InputError("the target has another number of angles", key=motion.place)
         values = np.array(self.position)
         for joint, value in enumerate(given):
             if value is not None:
@@ -379,7 +379,3 @@ class _Resolver:
 def _tells_least(note: Note) -> tuple[bool, bool]:
     """How little a note says of why nothing can be planned."""
     return note.text == _FIRST_MOTION, _KEPT not in note.text
-
-
-def _at(motion: Motion) -> str:
-    return f"line {motion.line}"

@@ -18,6 +18,7 @@ from robojoule.formats.vendor.speed_limits import Execution
 from robojoule.formats.vendor.speeds import leading_share
 from robojoule.formats.vendor.text import Edit, edited, numbers_in_bounds, unified_diff
 from robojoule.formats.vendor.trace import Beside, Event, Motion, Trace, Unknown, VendorProgram, Wait, Wish
+from robojoule.inputs import counted
 from robojoule.programs.operation_tree import MoveOperation, OperationTree
 from robojoule.robots.pendant_file import Angles
 from robojoule.robots.robot import Robot
@@ -36,6 +37,11 @@ def _is_open(event: Event) -> bool:
     return isinstance(event, Wait) and event.duration_s is None
 
 
+def _open_lines(trace: Trace) -> tuple[int, ...]:
+    """Lines that may take a time that nobody knows, in the order of the text."""
+    return tuple(sorted({one.line for one in trace.events if _is_open(one)}))
+
+
 @dataclass(frozen=True, eq=False)
 class VendorSource:
     """A vendor's program and how it is to be understood.
@@ -52,11 +58,15 @@ class VendorSource:
     angles: Angles = "pendant"
     robot: Robot | None = None
 
+    @property
+    def _path(self) -> Path:
+        return self.program.sources[0].path
+
     @cached_property
     def trace(self) -> Trace:
         """What the program does."""
         try:
-            with numbers_in_bounds(self.program.sources[0].path):
+            with numbers_in_bounds(self._path):
                 return self._with_waits(self.program.trace(self.beside))
         except InputError as error:
             raise self._placed(error) from None
@@ -64,11 +74,12 @@ class VendorSource:
     def _with_waits(self, trace: Trace) -> Trace:
         """The trace with the waits that are given beside it; what is given a length does not move the robot."""
         given = self.beside.waits_s
-        open_lines = {one.line for one in trace.events if _is_open(one)}
+        open_lines = _open_lines(trace)
         for line in given:
             if line not in open_lines:
-                known = ", ".join(map(str, sorted(open_lines))) or "there is none"
-                raise InputError("nothing of unknown length is here", key=f"line {line}", allowed=f"lines: {known}")
+                known = ", ".join(map(str, open_lines)) or "there is none"
+                problem = "there is no wait of unknown length on this line"
+                raise InputError(problem, key=f"line {line}", allowed=f"lines: {known}")
         events: list[Event] = []
         for one in trace.events:
             if isinstance(one, Wait) and _is_open(one) and one.line in given:
@@ -81,6 +92,22 @@ class VendorSource:
                 events.append(one)
         return replace(trace, events=tuple(events))
 
+    def waits_for(self, other: VendorSource) -> dict[int, float]:
+        """The lengths of waits that are given for this program, by the lines of the one that it is a plan of.
+
+        The two have the same waits of unknown length in the same order, but not in the same lines.
+
+        Raises:
+            InputError: They have not.
+        """
+        own, others = (_open_lines(one.program.trace(replace(one.beside, waits_s={}))) for one in (self, other))
+        if len(own) != len(others) and self.beside.waits_s:
+            verb = "is" if len(others) == 1 else "are"
+            problem = f"{counted(len(others), 'line')} {verb} of unknown length, {len(own)} in '{self._path.name}'"
+            raise InputError(problem, file=other._path, allowed="the program that the plan was made from")
+        lines = dict(zip(own, others, strict=False))
+        return {lines[line]: seconds for line, seconds in self.beside.waits_s.items() if line in lines}
+
     @cached_property
     def resolution(self) -> Resolution:
         """The program as an operation tree.
@@ -90,14 +117,13 @@ class VendorSource:
             InputError: Nothing can be planned.
         """
         try:
-            with numbers_in_bounds(self.program.sources[0].path):
+            with numbers_in_bounds(self._path):
                 return resolve(self.trace, self.program.name, self.robot, self.angles)
         except InputError as error:
             raise self._placed(error) from None
 
     def _placed(self, error: InputError) -> InputError:
-        path = self.program.sources[0].path
-        return type(error)(error.problem, file=error.file or path, key=error.key, allowed=error.allowed)
+        return type(error)(error.problem, file=error.file or self._path, key=error.key, allowed=error.allowed)
 
     def of(self, robot: Robot | None = None, angles: Angles | None = None) -> VendorSource:
         """The same program for a robot, or with its angles counted otherwise."""

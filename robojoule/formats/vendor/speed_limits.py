@@ -83,7 +83,7 @@ class SpeedLimits:
                 return Limit(None, True, reason="its speed is known only while the program runs")
             return Limit(100.0, remark="the program does not say how fast the motion is: taken as 100 %")
         if self.poses is None:
-            raise NeedsRobot("the speed is not a share of the robot's own, which needs a robot", key=_at(motion))
+            raise NeedsRobot("the speed is not a share of the robot's own, which needs a robot", key=motion.place)
         if speed.duration_s is None and speed.leading_rad_s is not None:
             share = leading_share(execution.start_rad, execution.target_rad, self.poses.robot)
             return Limit(snapped(100.0 * share * speed.leading_rad_s) if share > 0.0 else 100.0, not speed.writable)
@@ -105,7 +105,7 @@ class SpeedLimits:
         """A motion of the tool along a path keeps its speed, as its duration or what it is for hangs on it."""
         motion = execution.motion
         if self.poses is None:
-            raise NeedsRobot(f"the {motion.kind} motion needs a robot", key=_at(motion))
+            raise NeedsRobot(f"the {motion.kind} motion needs a robot", key=motion.place)
         try:
             found = path_motion(motion, execution.start_rad, execution.target_rad, self.poses, is_blended=is_blended)
         except NotKnown as error:
@@ -129,7 +129,3 @@ class SpeedLimits:
         ends = [poses.model(position) for position in (execution.start_rad, execution.target_rad)]
         percent, taken_s = percent_for_duration(poses.robot, ends[0], ends[1], wanted_s)
         return percent, taken_s - wanted_s
-
-
-def _at(motion: Motion) -> str:
-    return f"line {motion.line}"

@@ -92,7 +92,7 @@ def read_source(path: Path) -> SourceText:
     """
     content = read_bytes(path, _MOST_BYTES)
     if b"\0" in content:
-        raise InputError("the file is not a text of one byte for each letter", file=path, allowed="ANSI or UTF-8 text")
+        raise InputError("the file is not 8-bit text", file=path, allowed="ANSI or UTF-8 text")
     try:
         return SourceText(path, content.decode("utf-8"), "utf-8")
     except UnicodeDecodeError:
@@ -101,13 +101,15 @@ def read_source(path: Path) -> SourceText:
 
 @contextmanager
 def numbers_in_bounds(path: Path) -> Iterator[None]:
-    """Refuse a program with a number that cannot be a place, a count or a time: infinite, or of thousands of digits.
+    """Refuse a program that is nested too deeply, or has a number that cannot be a place, a count or a time.
 
     Raises:
-        InputError: Reading meets one.
+        InputError: Reading ends for want of depth, or meets a number that is infinite or has thousands of digits.
     """
     try:
         yield
+    except RecursionError:
+        raise InputError("the program is nested too deeply", file=path) from None
     except OverflowError:
         raise InputError("a number is beyond all bounds", file=path) from None
     except ValueError as error:

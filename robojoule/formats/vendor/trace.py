@@ -138,6 +138,11 @@ class Motion:
     reason: str = ""
     tool: Placement | None = None
 
+    @property
+    def place(self) -> str:
+        """Its line, as messages name it."""
+        return f"line {self.line}"
+
 
 @dataclass(frozen=True)
 class Wait:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from robojoule.formats.vendor.trace import Event, Motion
+from robojoule.formats.vendor.trace import Blend, Event, Motion
 from robojoule.programs.operation_tree import (
     CoarseZone,
     MoveOperation,
@@ -16,6 +16,7 @@ from robojoule.programs.operation_tree import (
 )
 
 LEAST_RADIUS_M = 1e-6
+ASSUMED_BLEND = Blend(share=1.0)  # of a motion whose program does not say how far its zone reaches; told
 HALF_OF_A_PATH = 0.5  # what vendors count shares of: a corner takes half of a motion at most
 Step = MoveOperation | WaitOperation | PayloadOperation | UnknownOperation
 

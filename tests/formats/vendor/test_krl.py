@@ -138,7 +138,7 @@ def test_waits_take_their_length_from_beside(tmp_path):
     body = f"PTP {HOME}\nPTP {TO}\nWAIT FOR $IN[1]\nPTP {HOME}"
     program = read(tmp_path, body, beside=Beside(waits_s={4: 1.5}))
     assert optimize(program, ROBOT, cycle_time=6.0).cycle_time_s == pytest.approx(6.0, abs=0.011)
-    with pytest.raises(InputError, match=r"cycle\.src, line 3: nothing of unknown length is here; allowed: lines: 4"):
+    with pytest.raises(InputError, match=r"cycle\.src, line 3: there is no wait of unknown .*; allowed: lines: 4"):
         read(tmp_path, body, beside=Beside(waits_s={3: 1.5}))
     with pytest.raises(
         InputError, match=r"nobody knows how long line 4 takes, so a cycle time in seconds says nothing"
@@ -172,6 +172,8 @@ HOSTILE = {
     "it calls itself": b"DEF a( )\na()\nEND\n",
     "blocks within blocks": b"IF TRUE THEN\n" * 500,
     "brackets within brackets": b"X=" + b"(" * 5000 + b"1" + b")" * 5000,
+    "signs behind signs": b"X=" + b"-" * 5000 + b"1",
+    "indices within indices": b"X=" + b"A[" * 5000 + b"1" + b"]" * 5000,
     "no text at all": bytes(range(1, 256)) * 20,
 }
 
@@ -278,7 +280,7 @@ def test_what_lets_the_robot_stand_is_a_wait_of_given_length(tmp_path):
     assert np.allclose(in_degrees(program), [AT_HOME, AT, [0, *AT[1:]], AT_HOME])
     assert [one.duration_s for one in program.tree.atomic() if isinstance(one, WaitOperation)] == [0.6]
     assert any("GRIPPER() is not in this file" in note and "--wait" in note for note in read(tmp_path, body).notes)
-    with pytest.raises(InputError, match=r"line 10: nothing of unknown length is here; allowed: lines: 4, 6"):
+    with pytest.raises(InputError, match=r"line 10: there is no wait of unknown length .*; allowed: lines: 4, 6"):
         read(tmp_path, body, beside=Beside(waits_s={10: 0.6}))  # it is a motion
 
 

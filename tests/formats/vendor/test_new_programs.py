@@ -1,5 +1,7 @@
 """New FANUC and ABB programs of operation trees: read back they do the same."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -108,3 +110,48 @@ def test_what_has_no_word_for_shares_stops_and_says_so(tmp_path, suffix):
     assert any("a share of the path, is left out" in text for text in lost)
     assert any("the speed group of move 'via 1' is not said" in text for text in lost)
     assert any("the payload of 'empty' is left out" in text for text in lost)
+
+
+NAMES = ["return", "while", "move", "v1000", "zone1", "zone2", "WaitTime", "robtarget", "pi"]
+
+
+def test_names_of_a_new_abb_program_hide_nothing(tmp_path):
+    """Keywords, data of the controller and the zones that the program declares are names already."""
+    robot = load_robot(ROBOTS[".mod"], payload_kg=5)
+    starts = [[5 * (k + 1), -60, 80, 0, 20, 0] for k in range(len(NAMES))]
+    moves = [
+        {"type": "move", "name": name, "target_deg": at, "zone": {"radius_m": 0.0071}}
+        for name, at in zip(NAMES, starts, strict=True)
+    ]
+    one = tree(operations=[*moves, {"type": "move", "name": "home", "target_deg": [0, -55, 90, 0, 0, 0]}])
+    path, _ = created(tmp_path, ".mod", robot, one)
+    declared = re.findall(r"CONST (?:jointtarget|zonedata) (\w+):=", path.read_text())
+    points = ["return_2", "while_2", "move", "v1000_2", "zone1_2", "zone2", "WaitTime_2", "robtarget_2", "pi_2", "home"]
+    assert declared == ["start", *points, "zone1"]
+    again = load_program(path, robot)
+    np.testing.assert_allclose(again.tree.configurations_rad(), one.configurations_rad(), atol=1e-9)
+    assert again.tree.moves()[0].zone.radius_m == pytest.approx(0.0071)
+
+
+def test_waits_of_a_new_abb_program_are_not_longer_and_that_is_said(tmp_path):
+    robot, path = load_robot(ROBOTS[".mod"], payload_kg=5), tmp_path / "new.mod"
+    moves = tree().model_dump()["operations"]
+    moves[0]["wait_after_s"], moves[2]["wait_after_s"] = 0.2506, 0.3
+    found = format_of(path)
+    assert isinstance(found, VendorFiles)
+    lost = found.create(tree(operations=moves), path, robot)
+    assert "WaitTime 0.25; ! to part" in path.read_text() and "WaitTime 0.3;" in path.read_text()
+    assert [text for text in lost if "milliseconds" in text] == [
+        "the wait 'to part' is 0.25 s, a whole number of milliseconds"
+    ]
+
+
+@pytest.mark.parametrize("name", ["movej", "while", "set_tcp", "get_inverse_kin", "start_q"])
+def test_the_name_of_a_new_script_is_no_name_of_the_language(tmp_path, name):
+    robot, path = load_robot("ur_ur10e", payload_kg=3), tmp_path / f"{name}.script"
+    one = tree(start_deg=[0, -55, 90, -100, -80, 0])
+    found = format_of(path)
+    assert isinstance(found, VendorFiles)
+    found.create(one, path, robot)
+    assert path.read_text().startswith(f"def {name}_2():")
+    assert len(load_program(path, robot).moves) == 4

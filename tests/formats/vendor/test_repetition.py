@@ -36,8 +36,6 @@ def test_a_leading_speed_on_different_ways_is_kept_and_told(tmp_path):
     assert near.speed_group == near_again.speed_group is not None  # always from FAR
     assert "line 6: the motion runs 2 times: one speed counts for all" in program.notes
     plan = optimize(program, UR, cycle_time="+30%")
-    lines = [line.strip() for line in program.diff().splitlines()]
-    assert not lines
     changed = [line for line in plan.program.diff().splitlines() if line.startswith("-  ")]
     assert not any(str(FAR) in line for line in changed)
     assert any(str(NEAR) in line for line in changed)

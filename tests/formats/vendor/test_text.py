@@ -28,7 +28,7 @@ def test_lines_are_counted_as_editors_do():
 
 def test_a_file_of_two_bytes_a_letter_is_refused(tmp_path):
     (tmp_path / "a.src").write_bytes("PTP".encode("utf-16"))
-    with pytest.raises(InputError, match=r"a\.src: the file is not a text of one byte for each letter"):
+    with pytest.raises(InputError, match=r"a\.src: the file is not 8-bit text"):
         read_source(tmp_path / "a.src")
 
 

@@ -49,7 +49,7 @@ def test_a_champion_is_planned_with(registered: Layout, monkeypatch: pytest.Monk
     )
     assert found == expected and found["profiles"] == "predicted"
     refused = run(*plan, f"models:/{REGISTERED}@challenger", cwd=registered.root, code=2).stderr
-    assert f"'models:/{REGISTERED}@challenger' cannot be had" in refused and refused.count("\n") == 1
+    assert f"'models:/{REGISTERED}@challenger' cannot be fetched" in refused and refused.count("\n") == 1
 
 
 @pytest.mark.parametrize("place", ["predictor.npz", "python_model.pkl"])

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, steps_of
+from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, renamed, steps_of
 from robojoule.formats.vendor.fanuc.machine import ADDED
 from robojoule.formats.vendor.fanuc.positions import JOINTS
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
 
 _LONGEST_PROGRAM, _LONGEST_POINT, _LONGEST_REMARK = 32, 16, 32
+# Names of devices, which no file can have.
+_DEVICES = ("CON", "PRN", "AUX", "NUL", *(f"{port}{at}" for port in ("COM", "LPT") for at in range(1, 10)))
 _MOST_WAIT_S = 327.67
 
 
@@ -26,7 +28,8 @@ def compose_teach_pendant(tree: OperationTree, robot: Robot | None, name: str) -
     if len(steps.start_rad) != len(JOINTS):
         raise InputError(f"teach pendant programs have {len(JOINTS)} axes, the program has {len(steps.start_rad)}")
     lost = list(steps.lost)
-    (program,) = identifiers([name], _LONGEST_PROGRAM)
+    (program,) = identifiers([name], _LONGEST_PROGRAM, _DEVICES)
+    lost += renamed(name, program)
     points = identifiers([move.name for move in moves], _LONGEST_POINT, ("START",))
     codes = ["UFRAME_NUM=0", "UTOOL_NUM=1", "J P[1:START] 100% FINE"]
     number = 1

@@ -3,49 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lark import Token, Tree
 
-from robojoule.errors import InputError
+from robojoule.formats.vendor.fanuc.changes import (
+    DEEPEST_CALLS,
+    Find,
+    action_of,
+    assigns,
+    changed_by,
+    is_payload,
+)
 from robojoule.formats.vendor.fanuc.labels import endless_labels, inside, label_of, plain_label, repeated_labels
 from robojoule.formats.vendor.fanuc.positions import Frames, Position
 from robojoule.formats.vendor.fanuc.registers import Registers, index_of
 from robojoule.formats.vendor.fanuc.syntax import Block, Instruction, Node, is_remark, within
 from robojoule.formats.vendor.fanuc.zones import blend_of
 from robojoule.formats.vendor.lines import flaw_of, short
+from robojoule.formats.vendor.running import Leave, Running
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import (
     Beside,
     CycleStart,
-    Event,
     JointTarget,
     Kind,
     Load,
     Motion,
-    Note,
     PoseTarget,
     Speed,
-    Unknown,
     Wait,
 )
 
 _TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _SECONDS = {"sec": 1.0, "msec": 1e-3}
 ADDED = "!Wait added by robojoule"  # the remark before waits that plans add
-_DEEPEST_CALLS = 20
-MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 _KINDS: dict[str, Kind] = {"J": "joint", "L": "linear", "S": "linear", "C": "circular", "A": "circular"}
 # First words of instructions that move nothing; every other one may be a macro.
 _HARMLESS = {"ARC", "COL", "COLLISION", "ELSE", "ENDIF", "ENDFOR", "FORCE", "LOCK", "MESSAGE", "OFFSET", "PAYLOAD"}
 _HARMLESS |= {"PULSE", "RSR", "SKIP", "SPOT", "TC_ONLINE", "TOOL_OFFSET", "TRACK", "UALM", "UNLOCK", "VOFFSET", "WEAVE"}
 _HARMLESS |= {"WELD", "TIME", "DISTANCE", "STOP", "RESUME", "SYNC", "LBL", "MONITOR", "DEPARTURE", "FLG", "VISION"}
 _MODAL = {"OVERRIDE": "speeds of the program are shares of it", "JOINT_MAX_SPEED": "it bounds speeds"}
-
-
-# The instructions of another program, by its name; None: it is not there.
-Find = Callable[[str], Sequence[Instruction | Block] | None]
 
 
 @dataclass(frozen=True)
@@ -61,27 +60,21 @@ class Amount:
     unit: str
 
 
-class _Leave(Exception):
-    """The program ends here."""
-
-
-class Machine:
+class Machine(Running):
     """Executes instructions and collects events."""
 
     def __init__(
         self, positions: Mapping[int, Position], beside: Beside, *, moves_arm: bool, find: Find, depth: int = 0
     ) -> None:
+        super().__init__()
         self.find = find
         self.depth = depth
         self.positions = positions
-        self.frames = Frames(beside)
+        self.registers = Registers()
+        self.frames = Frames(beside, self.registers)
         self.beside = beside
         self.moves_arm = moves_arm
-        self.events: list[Event] = []
-        self.notes: dict[tuple[int, str], Note] = {}
         self.amounts: dict[int, Amount] = {}
-        self.registers = Registers()
-        self.steps = 0
         self.added: Instruction | None = None  # the remark that announces the wait of a plan
         self.labels: dict[str, int] = {}  # labels that were passed: number of motions before
         self.jumps: dict[str, list[int]] = {}  # conditional jumps that were met, by label: number of motions before
@@ -102,7 +95,7 @@ class Machine:
                 if isinstance(one, Instruction) and one.kind == "jump":
                     target = labels.get(label_of(one))
                     if target is None:
-                        self._unknown(one, f"{short(one.code)} leads nowhere")
+                        self.unknown(one.line.number, f"{short(one.code)} leads nowhere")
                         return
                     if target <= at or at in seen:
                         return
@@ -114,24 +107,11 @@ class Machine:
                 else:
                     self._one(one)
                 at += 1
-        except _Leave:
+        except Leave:
             pass
 
-    def note(self, one: Instruction, text: str) -> None:
-        """Report something about an instruction, once."""
-        self.notes.setdefault((one.line.number, text), Note(one.line.number, text))
-
-    def _unknown(self, one: Instruction, what: str, *, may_stand: bool = False) -> None:
-        self.events.append(Unknown(one.line.number, what, may_stand))
-
-    def _count(self, one: Instruction) -> None:
-        self.steps += 1
-        if self.steps > MOST_STEPS:
-            problem = f"the program does not end within {MOST_STEPS} steps"
-            raise InputError(problem, key=f"line {one.line.number}")
-
     def _one(self, one: Instruction | Block) -> None:
-        self._count(one.head if isinstance(one, Block) else one)
+        self.count((one.head if isinstance(one, Block) else one).line.number)
         if isinstance(one, Block):
             if one.head.kind == "for_":
                 self._for(one)
@@ -144,7 +124,7 @@ class Machine:
         elif one.kind == "wait":
             self._wait(one, one.tree, announced)
         elif one.kind == "end":
-            raise _Leave
+            raise Leave("program")
         else:
             rule = getattr(self, f"_{one.kind}", None)
             if rule is not None:
@@ -156,10 +136,12 @@ class Machine:
             self.added = one
         elif one.code and not is_remark(one.code) and not one.code.startswith("-"):
             if one.code[:1].upper() in _KINDS and one.code[1:2].isspace() and one.code[2:].lstrip()[:1] == "P":
-                self._unknown(one, f"the motion is not understood{flaw_of(one.code)}: {short(one.code)}")
+                self.unknown(one.line.number, f"the motion is not understood{flaw_of(one.code)}: {short(one.code)}")
             else:
-                self._unknown(
-                    one, f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}", may_stand=True
+                self.unknown(
+                    one.line.number,
+                    f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}",
+                    may_stand=True,
                 )
 
     # Motions
@@ -179,8 +161,10 @@ class Machine:
             target, reason = None, "DEFAULT_GROUP leaves the robot out"
         share = next((word[3:] for word in words if word.startswith("ACC") and word[3:].isdigit()), "100")
         if share != "100":
-            self.note(one, f"ACC{share} is kept and not simulated: accelerations are those of the robot")
+            self.note(one.line.number, f"ACC{share} is kept and not simulated: accelerations are those of the robot")
         via = self._target(points[0], label)[0] if len(points) > 1 else None
+        blend = blend_of(tree, self.registers)
+        self.note_zone(one.line.number, blend)
         self.events.append(
             Motion(
                 statement=one.code_start,
@@ -189,30 +173,31 @@ class Machine:
                 kind=kind,
                 target=target,
                 speed=self._speed(one, tree, is_joint=kind == "joint"),
-                blend=blend_of(tree),
+                blend=blend,
                 via=via if isinstance(via, PoseTarget) else None,
                 reason=reason,
                 tool=self.frames.tool_of(self._position(points[-1])),
             )
         )
+        self._forget_all(one, [one])  # by what it calls on its way
         if "SKIP" in words:
-            self._unknown(one, f"the motion to {label} may be skipped")
+            self.unknown(one.line.number, f"the motion to {label} may be skipped")
 
     def _position(self, point: str) -> Position | None:
         """What section POS says of a point, if anything."""
-        number = None if point.startswith("PR") else self.registers.amount(inside(point))
-        return None if number is None else self.positions.get(int(number))
+        number = None if point.startswith("PR") else self.registers.whole(inside(point))
+        return None if number is None else self.positions.get(number)
 
     def _target(self, point: str, label: str) -> tuple[JointTarget | PoseTarget | None, str]:
+        number = self.registers.whole(inside(point))
         if point.startswith("PR"):
-            known = self.frames.beside.positions_rad.get(f"PR[{inside(point)}]")
-            if known is not None:
-                return JointTarget(known), ""
-            return None, f"{label} is a register of the controller"
-        number = self.registers.amount(inside(point))
+            if number is not None and self.registers.is_overwritten("PR", number):
+                return None, f"{label} is computed while the program runs"
+            known = self.beside.positions_rad.get(f"PR[{number}]")
+            return (None, f"{label} is a register of the controller") if known is None else (JointTarget(known), "")
         if number is None:
             return None, f"the number of {label} is computed while the program runs"
-        position = self.positions.get(int(number))
+        position = self.positions.get(number)
         if position is None:
             return None, f"{label} is not in the section POS"
         return self.frames.target_of(position, label)
@@ -268,54 +253,73 @@ class Machine:
         name = str(target).split("[")[0].upper()
         tokens = [item.children[0] for item in items if isinstance(item, Tree)]
         value = self.registers.total([token for token in tokens if isinstance(token, Token)])
-        if name in ("UFRAME_NUM", "UTOOL_NUM"):
-            setattr(self.frames, "frame" if name == "UFRAME_NUM" else "tool", None if value is None else int(value))
-        elif name == "R":
-            number = index_of(str(target))
-            if number is None:
-                self.registers.values.clear()
-            elif value is None:
-                self.registers.values.pop(number, None)
-            else:
-                self.registers.values[number] = value
-        elif name == "P":
-            self._unknown_position(str(target))
-        elif name in _MODAL:
-            self.note(one, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
+        number = index_of(str(target))
+        if name in ("UFRAME_NUM", "UTOOL_NUM") and value is not None:
+            setattr(self.frames, "frame" if name == "UFRAME_NUM" else "tool", int(value))
+        elif name == "R" and value is not None and number is not None:
+            self.registers.values[number] = value
+        else:
+            self._forget(str(target))
+        if name in _MODAL:
+            self.note(one.line.number, f"{short(one.code)} is kept and not simulated: {_MODAL[name]}")
 
-    def _unknown_position(self, point: str) -> None:
-        number = self.registers.amount(inside(point))
-        known = dict(self.positions)
-        for key in [int(number)] if number is not None else list(known):
-            known.pop(key, None)
-        self.positions = known
+    def _forget(self, target: str) -> None:
+        """What an instruction sets is not known behind it: its value is not, or whether it runs."""
+        name = target.split("[")[0].upper()
+        if name == "R":
+            self.registers.forget(index_of(target))
+        elif name == "P":
+            number = self.registers.whole(inside(target))
+            gone = list(self.positions) if number is None else [number]
+            self.positions = {key: one for key, one in self.positions.items() if key not in gone}
+        elif name in ("PR", "UFRAME", "UTOOL"):
+            self.registers.overwrite(name, self.registers.whole(inside(target)))
+        elif name in ("UFRAME_NUM", "UTOOL_NUM"):
+            setattr(self.frames, "frame" if name == "UFRAME_NUM" else "tool", None)
+
+    def _forget_all(self, one: Instruction, body: Sequence[Instruction | Block]) -> None:
+        """What instructions set that run or not, nobody knows; `one` decides."""
+        for target in changed_by(body, self.find):
+            if target.upper().startswith("PAYLOAD["):
+                self.events.append(Load(one.line.number, None, short(one.code)))
+            else:
+                self._forget(target)
 
     def _statement(self, one: Instruction, tree: Node) -> None:
         first = str(tree.children[0])
         if first.upper().startswith("PAYLOAD["):
-            self.events.append(Load(one.line.number, self.beside.payloads.get(inside(first)), short(one.code)))
+            number = self.registers.whole(inside(first))
+            self.events.append(Load(one.line.number, self.beside.payloads.get(str(number)), short(one.code)))
         elif _may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
-            self._unknown(one, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
+            self.unknown(one.line.number, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
 
     def _call(self, one: Instruction, tree: Node) -> None:
         name = next(str(token) for token in tree.children if isinstance(token, Token))
         if name.upper() in self.beside.still:
             return
-        body = self.find(name) if self.depth < _DEEPEST_CALLS else None
+        body = self.find(name) if self.depth < DEEPEST_CALLS else None
         if body is None:
-            self._unknown(one, f"{name} is another program, it may move the robot", may_stand=True)
+            self.unknown(one.line.number, f"{name} is another program, it may move the robot", may_stand=True)
             return
+        runs_beside = one.code.upper().startswith("RUN")
+        if runs_beside:  # when it sets what, nobody knows
+            self._forget_all(one, [one])
         other = Machine({}, self.beside, moves_arm=self.moves_arm, find=self.find, depth=self.depth + 1)
-        other.registers = self.registers
+        if not runs_beside:
+            other.registers, other.frames = self.registers, self.frames
+        other.steps = self.steps
         other.run(body)
+        self.steps = other.steps
         waits = [event for event in other.events if isinstance(event, Wait)]
         if len(waits) < len(other.events):
-            self._unknown(one, f"{name}, beside this program, may move the robot", may_stand=True)
-            return
-        self.note(one, f"{name}, beside this program, moves nothing")
-        self.events += [
-            Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
-        ]
+            self.unknown(one.line.number, f"{name}, beside this program, may move the robot", may_stand=True)
+        elif runs_beside:
+            self.note(one.line.number, f"{name} runs beside this program and moves nothing")
+        else:
+            self.note(one.line.number, f"{name}, beside this program, moves nothing")
+            self.events += [
+                Wait(one.code_start, one.line.number, wait.duration_s, f"{name}: {wait.what}") for wait in waits
+            ]
 
     # Jumps and loops
 
@@ -325,19 +329,27 @@ class Machine:
         if endless:
             self.events.append(CycleStart(one.line.number))
         elif repeated or any(before < self.motions for before in self.jumps.get(name, [])):
-            self._unknown(one, f"{name} is reached from several places: the robot's position is not known behind it")
+            self.unknown(
+                one.line.number, f"{name} is reached from several places: the robot's position is not known behind it"
+            )
 
     def _branch(self, one: Instruction, tree: Node) -> None:
-        tokens = [part if isinstance(part, Token) else part.children[0] for part in tree.children]
-        code = short(one.code)
-        if any(isinstance(token, Token) and token.type == "CALL" for token in tokens):
-            self._unknown(one, f"whether it runs is not known, it may move the robot: {code}", may_stand=True)
-        for token in tokens:
-            if isinstance(token, Token) and token.type == "LABEL":
-                if self.labels.get(name := plain_label(str(token))) == self.motions:  # goes round until it need not
-                    self.events.append(Wait(one.code_start, one.line.number, None, code))
-                self.jumps.setdefault(name, []).append(self.motions)
-        self.note(one, f"whether it jumps is not known, it is taken not to: {code}")
+        action, code, line = action_of(one), short(one.code), one.line.number
+        self._forget_all(one, [one])
+        label = next((plain_label(str(token)) for token in action if token.type == "LABEL"), None)
+        if label is not None:
+            if self.labels.get(label) == self.motions:  # goes round until it need not
+                self.events.append(Wait(one.code_start, line, None, code))
+            self.jumps.setdefault(label, []).append(self.motions)
+            self.note(line, f"whether it jumps is not known, it is taken not to: {code}")
+        elif action and action[0].upper() in ("END", "ABORT"):
+            self.note(line, f"whether the program ends here is not known, it is taken not to: {code}")
+        elif action and action[0].upper() == "PAUSE":
+            self.events.append(Wait(one.code_start, line, None, code))
+        elif assigns(action) or is_payload(action) or (action and _is_harmless(action[0])):
+            self.note(line, f"whether it runs is not known, it is kept: {code}")
+        else:
+            self.unknown(line, f"whether it runs is not known, it may move the robot: {code}", may_stand=True)
 
     def _for(self, block: Block) -> None:
         tree = block.head.tree
@@ -359,7 +371,7 @@ class Machine:
         value = first
         while (value <= last) if step > 0.0 else (value >= last):
             self.registers.values[number] = value
-            self._count(block.head)
+            self.count(block.head.line.number)
             for one in block.body:
                 self._one(one)
             value += step
@@ -370,23 +382,19 @@ class Machine:
         for one in within([block]):
             waits |= one.kind in ("wait", "pause")
             moves |= one.kind in ("motion", "call", "jump", "branch", "label") or _may_be_macro(one)
-            if one.kind == "assignment":
-                assert one.tree is not None
-                self.registers.values.clear()
-                if str(one.tree.children[0]).upper().startswith(("UFRAME", "UTOOL")):
-                    self.frames.frame = self.frames.tool = None
-        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
-        if moves:
-            self._unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
-        elif waits:
-            self.events.append(Wait(block.head.code_start, block.head.line.number, None, text))
-        else:
-            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
+        self._forget_all(block.head, [block])
+        head = block.head
+        self.skipped(head.line.number, head.code_start, head.code, moves=moves, waits=waits)
 
 
 def _may_be_macro(one: Instruction) -> bool:
     """Whether an instruction is none that is known to move nothing."""
     if one.tree is None:
         return bool(one.code) and not is_remark(one.code)
-    word = str(one.tree.children[0]).split("[")[0].upper() if one.kind == "statement" else ""
-    return bool(word) and word not in _HARMLESS and not word.startswith("$")
+    return one.kind == "statement" and not _is_harmless(str(one.tree.children[0]))
+
+
+def _is_harmless(first: str) -> bool:
+    """Whether an instruction that begins with a word is one that is known to move nothing."""
+    word = first.split("[")[0].upper()
+    return word in _HARMLESS or word.startswith("$")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from lark import Token
 
 from robojoule.errors import InputError
+from robojoule.formats.vendor.fanuc.registers import Registers
 from robojoule.formats.vendor.fanuc.syntax import Line, Node, parsed
 from robojoule.formats.vendor.trace import Beside, JointTarget, PoseTarget
 from robojoule.robots.arm_configuration import FanucConfiguration
@@ -16,6 +17,7 @@ from robojoule.robots.rigid_body import Placement
 
 JOINTS = tuple(f"J{joint}" for joint in range(1, 7))
 _PLACE, _TURN = ("X", "Y", "Z"), ("W", "P", "R")
+_ASSIGNED = {"UF": "UFRAME", "UT": "UTOOL"}  # what instructions call the figures of a frame
 _MM = 1e-3
 
 
@@ -113,8 +115,9 @@ def _configuration(text: str) -> FanucConfiguration | None:
 class Frames:
     """User frame and tool as the program sets them."""
 
-    def __init__(self, beside: Beside) -> None:
+    def __init__(self, beside: Beside, registers: Registers) -> None:
         self.beside = beside
+        self.registers = registers
         self.frame: int | None = None
         self.tool: int | None = None
 
@@ -158,4 +161,6 @@ class Frames:
         name = f"{kind} {number}" if number is not None else f"the present {kind}"
         if number == 0:
             return name, Placement.identity()
+        if number is None or self.registers.is_overwritten(_ASSIGNED[kind], number):
+            return name, given
         return name, named.get(str(number), given)

@@ -47,6 +47,7 @@ class TeachPendantProgram:
         self.positions, self.bad_positions = read_positions(self.sections.get("POS", []))
         self._motions = {one.code_start: one for one in self.instructions if one.kind == "motion"}
         self._machine: Machine | None = None
+        self._programs: dict[str, list[Instruction | Block] | None] = {}
 
     @property
     def name(self) -> str:
@@ -67,7 +68,12 @@ class TeachPendantProgram:
         return Trace(tuple(machine.events), tuple(notes))
 
     def _beside(self, name: str) -> list[Instruction | Block] | None:
-        """The instructions of another program in the same folder."""
+        """The instructions of another program in the same folder, which is read once."""
+        if name not in self._programs:
+            self._programs[name] = self._read_beside(name)
+        return self._programs[name]
+
+    def _read_beside(self, name: str) -> list[Instruction | Block] | None:
         for stem in (name, name.lower(), name.upper()):
             for suffix in (".ls", ".LS"):
                 path = self.sources[0].path.with_name(f"{stem}{suffix}")

@@ -10,13 +10,38 @@ from lark import Token
 
 @dataclass
 class Registers:
-    """Registers R[n] whose value is known.
+    """What a program and those that it calls share: registers whose value is known, and what they have overwritten.
 
     Attributes:
-        values: Their values by their numbers.
+        values: Values of registers R[n] by their numbers.
+        overwritten: Names of position registers and frames, as in "PR[1]", to which the program has given other figures
+            than those that are given beside it; without a number, all of them.
     """
 
     values: dict[int, float] = field(default_factory=dict)
+    overwritten: set[str] = field(default_factory=set)
+
+    def forget(self, number: int | None) -> None:
+        """A register is not known any more; None: that may be any of them."""
+        if number is None:
+            self.values.clear()
+        else:
+            self.values.pop(number, None)
+
+    def overwrite(self, kind: str, number: int | None) -> None:
+        """A position register or frame has other figures from here on; None: that may be any of them."""
+        self.overwritten.add(kind if number is None else f"{kind}[{number}]")
+
+    def is_overwritten(self, kind: str, number: int) -> bool:
+        """Whether a position register or frame may have other figures than those that are given."""
+        return not self.overwritten.isdisjoint((kind, f"{kind}[{number}]"))
+
+    def whole(self, text: str) -> int | None:
+        """A whole number, or the value of a register where that is one."""
+        if text[:1].upper() == "R" and "[" in text:
+            value = self.amount(text)
+            return int(value) if value is not None and value.is_integer() else None
+        return _digits(text)
 
     def amount(self, text: str) -> float | None:
         """A number, or the value of a register where that is known."""
@@ -55,4 +80,8 @@ def index_of(register: str) -> int | None:
     if "[" not in register:
         return None
     inside = register[register.index("[") + 1 : -1].split(":")[0].strip()
-    return int(inside) if inside.isdigit() else None
+    return _digits(inside)
+
+
+def _digits(text: str) -> int | None:
+    return int(text) if text.isascii() and text.isdecimal() else None

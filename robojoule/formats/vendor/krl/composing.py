@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, plain, steps_of
+from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, plain, renamed, steps_of
 from robojoule.formats.vendor.krl.machine import ADDED
 from robojoule.formats.vendor.krl.targets import AXIS_NAMES
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
 
+# Words of KRL, and programs of every controller: no program can have their names.
+_WORDS = {"AND", "ANIN", "ANOUT", "AXIS", "BAS", "BOOL", "BRAKE", "B_AND", "B_EXOR", "B_NOT", "B_OR", "CASE"}
+_WORDS |= {"CAST_FROM", "CAST_TO", "CCLOSE", "CHANNEL", "CHAR", "CIRC", "CIRC_REL", "CONFIRM", "CONST", "CONST_VEL"}
+_WORDS |= {"CONTINUE", "COPEN", "CREAD", "CWRITE", "C_DIS", "C_ORI", "C_PTP", "C_SPL", "C_VEL", "DECL", "DEF"}
+_WORDS |= {"DEFAULT", "DEFDAT", "DEFFCT", "DELAY", "DIGIN", "DISTANCE", "DO", "E3AXIS", "E3POS", "E6AXIS", "E6POS"}
+_WORDS |= {"ELSE", "END", "ENDDAT", "ENDFCT", "ENDFOR", "ENDIF", "ENDLOOP", "ENDSPLINE", "ENDSWITCH", "ENDWHILE"}
+_WORDS |= {"ENUM", "EXIT", "EXOR", "EXT", "EXTFCT", "FALSE", "FOR", "FRAME", "GLOBAL", "GOTO", "HALT", "IF", "IMPORT"}
+_WORDS |= {"INT", "INTERRUPT", "IR_STOPM", "IS", "LIN", "LIN_REL", "LOOP", "MAXIMUM", "MINIMUM", "NOT", "OFF", "ON"}
+_WORDS |= {"OR", "PATH", "POS", "PRIO", "PTP", "PTP_REL", "PTP_SPLINE", "PUBLIC", "PULSE", "REAL", "REPEAT", "RESUME"}
+_WORDS |= {"RETURN", "SCIRC", "SCIRC_REL", "SEC", "SIGNAL", "SLIN", "SLIN_REL", "SPL", "SPLINE", "SPS", "SPTP"}
+_WORDS |= {"SPTP_REL", "SREAD", "STEP", "STRUC", "SWITCH", "SWRITE", "THEN", "TIME_BLOCK", "TO", "TRIGGER", "TRUE"}
+_WORDS |= {"UNTIL", "WAIT", "WHEN", "WHILE", "WITH"}
 _LONGEST = 22  # of names: KRL takes 24 characters, the first of which says that it is a point
 
 
@@ -22,7 +34,8 @@ def compose_krl(tree: OperationTree, robot: Robot | None, name: str) -> Composed
     moves = [step for step in steps.steps if step.kind == "move"]
     if len(steps.start_rad) > len(AXIS_NAMES):
         raise InputError(f"KRL has {len(AXIS_NAMES)} axes, the program has {len(steps.start_rad)}")
-    (program,) = identifiers([name], _LONGEST)
+    (program,) = identifiers([name], _LONGEST, tuple(_WORDS))
+    lost = [*steps.lost, *renamed(name, program)]
     points = identifiers([move.name for move in moves], _LONGEST, ("HOME", "START"))
     angles = degrees_text([steps.start_rad, *(move.target_rad for move in moves)])
     data = [f"DEFDAT {program}"]
@@ -50,4 +63,4 @@ def compose_krl(tree: OperationTree, robot: Robot | None, name: str) -> Composed
             zone = " C_DIS" if step.radius_m else " C_PTP" if step.path_share else ""
             lines.append(f"PTP X{next(pending)}{zone}")
     texts = {".src": [*lines, "END"], ".dat": [*data, "ENDDAT"]}
-    return Composed({suffix: "".join(f"{line}\r\n" for line in text) for suffix, text in texts.items()}, (*steps.lost,))
+    return Composed({suffix: "".join(f"{line}\r\n" for line in text) for suffix, text in texts.items()}, (*lost,))

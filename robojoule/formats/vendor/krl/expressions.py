@@ -12,7 +12,7 @@ from robojoule.formats.vendor.lines import Line, Node
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
 
 _MOST_DEPTH = 60
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
+FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ABS": abs,
     "SQRT": math.sqrt,
     "SIN": lambda x: math.sin(math.radians(x)),
@@ -35,6 +35,7 @@ class Variables:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = {}
+        self.returned: dict[int, Value] = {}  # what calls of the file's own functions have returned, by their nodes
 
     def get(self, path: tuple[str, ...] | None) -> Value:
         """A variable or a field of one."""
@@ -65,7 +66,7 @@ class Variables:
             self.values[name] = UNKNOWN
 
 
-def path_of(node: Node, line: Line, variables: Variables) -> tuple[str, ...] | None:
+def path_of(node: Node, line: Line, variables: Variables, depth: int = 0) -> tuple[str, ...] | None:
     """The parts of a reference in capitals, elements of arrays as in "A[2]"; None: an index is not known."""
     parts: list[str] = []
     for child in node.children:
@@ -73,7 +74,7 @@ def path_of(node: Node, line: Line, variables: Variables) -> tuple[str, ...] | N
             if child.type == "NAME":
                 parts.append(str(child).upper())
             continue
-        indices = [value_of(one, line, variables) for one in child.children if isinstance(one, Tree)]
+        indices = [value_of(one, line, variables, depth) for one in child.children if isinstance(one, Tree)]
         if not indices:  # A[] is the whole of it
             continue
         if not all(isinstance(index, Number) for index in indices):
@@ -100,7 +101,7 @@ def value_of(node: Node | Token, line: Line, variables: Variables, depth: int = 
         text = str(parts[0])
         return Number(float(text), line.span(parts[0]), text.isdigit())
     if kind == "ref":
-        return variables.get(path_of(node, line, variables))
+        return variables.get(path_of(node, line, variables, depth + 1))
     if kind == "aggregate":
         pairs = [one for one in parts if isinstance(one, Tree)]
         return {str(one.children[0]).upper(): inner(one.children[-1]) for one in pairs}
@@ -112,6 +113,8 @@ def value_of(node: Node | Token, line: Line, variables: Variables, depth: int = 
     if kind in ("true", "false"):
         return kind == "true"
     if kind == "call":
+        if id(node) in variables.returned:
+            return variables.returned[id(node)]
         return _called(str(parts[0]).upper(), [inner(one) for one in arguments_of(node)])
     if kind == "op_neg":
         value = inner(parts[0])
@@ -135,7 +138,7 @@ def arguments_of(node: Node) -> list[Node]:
 
 
 def _called(name: str, values: list[Value]) -> Value:
-    rule = _FUNCTIONS.get(name)
+    rule = FUNCTIONS.get(name)
     if rule is None or len(values) != 1:
         return UNKNOWN
     return computed(values[0], Number(0.0), lambda a, _: rule(a))

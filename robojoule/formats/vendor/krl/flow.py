@@ -7,63 +7,56 @@ from collections.abc import Callable
 
 from lark import Tree
 
-from robojoule.errors import InputError
+from robojoule.formats.vendor.krl.changes import changed_by, may_move, may_wait
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, kind_of, within
-from robojoule.formats.vendor.lines import Line, flaw_of, short
-from robojoule.formats.vendor.trace import CycleStart, Event, Note, Unknown, Wait
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.formats.vendor.krl.syntax import Block, Routine, kind_of, leaves_loop, within
+from robojoule.formats.vendor.lines import Line, short
+from robojoule.formats.vendor.running import MOST_STEPS, Leave, Running
+from robojoule.formats.vendor.trace import CycleStart
+from robojoule.formats.vendor.values import Number, Value, number
 
-MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
-# Routines of the controller that move nothing.
-HARMLESS = {"SET_CD_PARAMS", "USE_CM_PRO_VALUES", "MSGNOTIFY", "MSGSTATE", "MSGQUIT", "PULSE", "ANIN", "CLEAR_KRLMSG"}
-HARMLESS |= {"CWRITE", "SWRITE", "LOAD_DATA", "SET_OPSTATE", "USERLOG", "RDOUT", "VARSTATE", "INITMSG"}
+_MOST_PASSES = 100  # of a loop without end that are looked through for its EXIT
 
 
-class Leave(Exception):
-    """The end of a loop or a routine, found within it."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
-
-
-class Flow(ABC):
+class Flow(Running, ABC):
     """Runs lines and blocks and collects events."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.variables = Variables()
-        self.events: list[Event] = []
-        self.notes: dict[tuple[int, str], Note] = {}
-        self.steps = 0
-        self.in_cycle = False
+        self.routines: dict[str, Routine] = {}
         self.still: frozenset[str] = frozenset()
+        self.loops = 0  # loops without end that are being looked through
+        self.may_have_left = False  # whether the innermost one may have been left, nobody knows
 
     @abstractmethod
     def step(self, line: Line) -> None:
         """Run one line that opens no block."""
 
     @abstractmethod
-    def set_speed(self, value: Value) -> None:
-        """Set the speed of all axes."""
+    def call_functions(self, line: Line) -> None:
+        """Run the functions of the file that a line's expressions call, before these are evaluated."""
 
-    def note(self, line: Line, text: str) -> None:
-        """Report something about a line, once."""
-        self.notes.setdefault((line.number, text), Note(line.number, text))
+    @abstractmethod
+    def forget(self, name: str, line: Line) -> None:
+        """A variable, with all that belongs to it, is not known from a line on."""
+
+    @abstractmethod
+    def mark(self) -> object:
+        """How far the program has been run."""
+
+    @abstractmethod
+    def back_to(self, mark: object) -> None:
+        """Take back what has happened since; values of variables stay."""
 
     def run_body(self, body: list[Line | Block]) -> None:
         """Run lines and blocks in order."""
         for one in body:
-            self.steps += 1
-            if self.steps > MOST_STEPS:
-                raise InputError(f"the program does not end within {MOST_STEPS} steps", key=f"line {_number(one)}")
+            self.count(one.head.number if isinstance(one, Block) else one.number)
             if isinstance(one, Block):
                 self._block(one)
             else:
                 self.step(one)
-
-    def unknown(self, line: Line, what: str, *, may_stand: bool = False) -> None:
-        """The robot may be anywhere from here on."""
-        self.events.append(Unknown(line.number, what, may_stand))
 
     def _block(self, block: Block) -> None:
         if block.head.tree is None:
@@ -75,6 +68,7 @@ class Flow(ABC):
 
     def _condition(self, line: Line) -> Value:
         assert line.tree is not None
+        self.call_functions(line)
         return value_of(line.tree.children[0], line, self.variables)
 
     def _if_block(self, block: Block) -> None:
@@ -105,6 +99,7 @@ class Flow(ABC):
         assert line.tree is not None
         target, *rest = line.tree.children
         assert isinstance(target, Tree)
+        self.call_functions(line)
         bounds = [number(value_of(one, line, self.variables)) for one in rest]
         path = path_of(target, line, self.variables)
         if path is None or None in bounds:
@@ -118,7 +113,7 @@ class Flow(ABC):
         value = first
         while (value <= last) if step > 0.0 else (value >= last):
             self.variables.set(path, Number(value, None, value.is_integer()))
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             value += step
         self.variables.forget(root_of(target))  # what a controller leaves in the counter is not published
@@ -129,7 +124,7 @@ class Flow(ABC):
             self._loop_block(block)
             return
         while condition is True:
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             condition = self._condition(block.head)
         if condition is not False:
@@ -140,31 +135,77 @@ class Flow(ABC):
             self._skip(block)
             return
         while True:
-            if not self._pass(block):
+            if not self._inner_pass(block):
                 return
             condition = self._condition(block.foot)
             if condition is True:
                 return
             if condition is not False:
-                self.unknown(block.foot, f"how often the loop runs is not known: {short(block.foot.code)}")
+                for name in sorted(changed_by(block.lines(), self.routines)):
+                    self.forget(name, block.head)
+                what = f"how often the loop runs is not known: {short(block.foot.code)}"
+                self.unknown(block.foot.number, what)
                 return
 
     def _loop_block(self, block: Block) -> None:
-        """A loop without end: one pass of it is the cycle."""
-        if self.in_cycle:
+        """A loop without end: one pass of it is the cycle, unless it is known to be left."""
+        start, line = self.mark(), block.head.number
+        place, outer = len(self.events), self.may_have_left
+        self.may_have_left = False
+        self.loops += 1
+        try:
+            if not self._pass(block):
+                return
+            first = self.mark()
+            if self._is_left_later(block):
+                return
+            may_have_left = self.may_have_left
+        except Leave as leave:
+            if leave.what != "goto":
+                raise
+            first, may_have_left = self.mark(), False
+        finally:
+            self.loops -= 1
+            self.may_have_left = outer
+        if may_have_left and (self.loops or not may_move(block.lines(), self.routines, self.still)):
+            self.back_to(start)
             self._skip(block)
             return
-        self.in_cycle = True
-        self.events.append(CycleStart(block.head.number))
-        self._pass(block)
+        self.back_to(first)
+        self.events.insert(place, CycleStart(line))
         raise Leave("program")
 
+    def _is_left_later(self, block: Block) -> bool:
+        """Whether one of the next passes leaves a loop; all that have run count then."""
+        passes = 1
+        while leaves_loop(block.body) and not self.may_have_left:
+            if passes == _MOST_PASSES or self.steps > MOST_STEPS // 2:
+                text = f"the loop is not left within {passes} passes: one of them is the cycle"
+                self.note(block.head.number, text)
+                break
+            before = dict(self.variables.values)
+            if not self._pass(block):
+                return True
+            if self.variables.values == before:  # all further ones are the same
+                break
+            passes += 1
+        return False
+
+    @abstractmethod
     def _spline_block(self, block: Block) -> None:
-        self.run_body(block.body)
+        """Motions without a stop between them."""
+
+    def _inner_pass(self, block: Block) -> bool:
+        """A pass of a loop that has an end: what may leave it does not leave the loop around it."""
+        outer = self.may_have_left
+        try:
+            return self._pass(block)
+        finally:
+            self.may_have_left = outer
 
     def _pass(self, block: Block) -> bool:
         """Run a loop's body once; false: it has left the loop."""
-        self.steps += 1
+        self.count(block.head.number)
         try:
             self.run_body(block.body)
         except Leave as leave:
@@ -175,27 +216,13 @@ class Flow(ABC):
 
     def _skip(self, block: Block) -> None:
         """Lines that run or not, nobody knows: what they set is not known behind them, nor where the robot is."""
-        moves, waits = False, kind_of(block.head).rstrip("_") in ("while", "repeat", "loop")
-        for line in within([block]):
-            if line.tree is None:
-                continue
-            waits |= line.kind in ("wait_sec", "wait_for")
-            if line.kind == "assignment":
-                self.variables.forget(root_of(line.tree.children[0]))  # type: ignore[arg-type]
-            elif line.kind == "call_line":
-                name = str(line.tree.children[0]).upper()
-                moves |= name not in HARMLESS and name != "BAS" and name not in self.still
-                if name == "BAS":
-                    self.set_speed(UNKNOWN)
-            moves |= line.kind in ("motion", "goto", "exit", "return_")
-        text = f"{short(block.head.code)}{flaw_of(block.head.code)}"
-        if moves:
-            self.unknown(block.head, f"whether this runs is not known, it may move the robot: {text}", may_stand=True)
-        elif waits:
-            self.events.append(Wait(block.head.code_start, block.head.number, None, text))
-        else:
-            self.note(block.head, f"whether this runs is not known, it is kept: {text}")
-
-
-def _number(one: Line | Block) -> int:
-    return one.head.number if isinstance(one, Block) else one.number
+        head, lines = block.head, list(within([block]))
+        for name in sorted(changed_by(lines, self.routines)):
+            self.forget(name, head)
+        leaves = leaves_loop([block])
+        self.may_have_left |= leaves
+        if kind_of(head) != "while_":  # what its condition calls has run already, and runs no more
+            lines = lines[1:]
+        moves = leaves or may_move(lines, self.routines, self.still)
+        waits = kind_of(head) in ("while_", "repeat", "loop") or may_wait(lines, self.routines)
+        self.skipped(head.number, head.code_start, head.code, moves=moves, waits=waits)

@@ -12,6 +12,7 @@ from robojoule.formats.vendor.text import Span
 _OPENS = re.compile(r";\s*FOLD\b\s*(.*)", re.IGNORECASE)
 _CLOSES = re.compile(r";\s*ENDFOLD\b", re.IGNORECASE)
 _OF_A_MOTION = re.compile(r"S?(PTP|LIN|CIRC)\b", re.IGNORECASE)
+_OF_A_SPLINE = re.compile(r"(PTP_)?SPLINE\b", re.IGNORECASE)
 # Where the comments of a joint motion say its speed: "Vel= 100 %", "Kuka.VelocityPtp=100;", "%P 1:PTP, ... 5:100,".
 _SPEEDS = (
     re.compile(r"\bVel\s*=\s*(\d+(?:\.\d+)?)\s*%", re.IGNORECASE),
@@ -50,6 +51,27 @@ def motion_folds(lines: list[Line]) -> dict[int, Fold]:
                 stack[-1][2].extend(statements)
         elif line.kind == "motion" and stack:
             stack[-1][2].append(line.code_start)
+    return found
+
+
+def spline_folds(lines: list[Line]) -> dict[int, Fold]:
+    """Folds of blocks of splines by the first character of the line that opens the block."""
+    found: dict[int, Fold] = {}
+    stack: list[tuple[int, list[int]]] = []
+    for index, line in enumerate(lines):
+        comment = "" if line.code else line.comment
+        opens = _OPENS.match(comment)
+        if opens is not None:
+            stack.append((index, []))
+        elif _CLOSES.match(comment) and stack:
+            first, heads = stack.pop()
+            name = _OPENS.match(lines[first].comment)
+            if len(heads) == 1 and name is not None and _OF_A_SPLINE.match(name[1]):
+                found.setdefault(heads[0], Fold(first, index))
+            elif stack:
+                stack[-1][1].extend(heads)
+        elif line.kind == "spline" and stack:
+            stack[-1][1].append(line.code_start)
     return found
 
 

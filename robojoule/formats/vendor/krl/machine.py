@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from lark import Token, Tree
 
+from robojoule.formats.vendor.krl.calls import AXES, Calls
+from robojoule.formats.vendor.krl.changes import MOTIONS
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.flow import HARMLESS, Flow, Leave
-from robojoule.formats.vendor.krl.syntax import Routine
+from robojoule.formats.vendor.krl.syntax import Block, Routine
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
-    ASSUMED_BLEND,
     Frames,
     blend_of,
     path_speed_of,
@@ -21,13 +21,14 @@ from robojoule.formats.vendor.krl.targets import (
     target_of,
 )
 from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, short
+from robojoule.formats.vendor.running import Leave
 from robojoule.formats.vendor.text import Span
-from robojoule.formats.vendor.trace import Load, Motion, PoseTarget, Wait
+from robojoule.formats.vendor.trace import Blend, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.formats.vendor.zones import ASSUMED_BLEND
 from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
-AXES = 6
 _FULL_PERCENT = 100.0
 NOT_SIMULATED = {
     "$OV_PRO": "speeds are those at an override of 100 %",
@@ -72,40 +73,59 @@ class Executed:
     percent: float | None
 
 
-class Machine(Flow):
+@dataclass(frozen=True)
+class Mark:
+    """How far a program has been run: how many events and executions there are, and what was known then."""
+
+    events: int
+    executions: int
+    carried: Payload | None
+    settings: dict[int, Setting]
+
+
+@dataclass(frozen=True)
+class Spline:
+    """A block of motions without a stop between them, as it runs.
+
+    Attributes:
+        block: The block.
+        last: First character of its last motion.
+        told: What its head sets for all of its motions.
+    """
+
+    block: Block
+    last: int
+    told: Mapping[str, Value]
+
+
+class Machine(Calls):
     """Executes routines and collects events."""
 
     def __init__(self, routines: list[Routine], data: list[Line], frames: Frames) -> None:
-        super().__init__()
-        self.routines = {routine.name: routine for routine in routines}
-        self.frames = frames
+        super().__init__(routines, frames)
         self.beside = frames.beside
-        self.still = frames.beside.still
-        self.carried: Payload | None = None
         self.told: set[str] = set()  # names of what is not simulated
         self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
         self.executions: list[Executed] = []
-        self.sets = 0
         self.continues = False
-        self.calls: list[str] = []
-        self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
+        self.spline: Spline | None = None
+        self.splined: set[int] = set()  # motions that have run in blocks of splines
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
         for line in data:
             if line.kind in ("declaration", "assignment"):
                 self.step(line)
-            elif line.code and line.tree is None:
-                continue
 
-    def run(self, routine: Routine) -> None:
-        """Run a routine from its beginning."""
-        self.calls.append(routine.name)
-        try:
-            self.run_body(routine.body)
-        except Leave:
-            pass
-        finally:
-            self.calls.pop()
+    def mark(self) -> Mark:
+        """See `Flow`."""
+        settings = {statement: replace(one, data=set(one.data)) for statement, one in self.settings.items()}
+        return Mark(len(self.events), len(self.executions), self.carried, settings)
+
+    def back_to(self, mark: object) -> None:
+        """See `Flow`."""
+        assert isinstance(mark, Mark)
+        del self.events[mark.events :], self.executions[mark.executions :]
+        self.carried, self.settings = mark.carried, mark.settings
 
     def step(self, line: Line) -> None:
         """One line that opens no block."""
@@ -115,6 +135,7 @@ class Machine(Flow):
                 self._not_understood(line)
             return
         continues, self.continues = self.continues, line.kind == "continue_"
+        self.call_functions(line)
         if line.kind == "motion":
             self._motion(line, tree)
         elif line.kind in ("wait_sec", "wait_for"):
@@ -124,23 +145,24 @@ class Machine(Flow):
         elif line.kind == "declaration":
             self._declare(line, tree)
         elif line.kind == "call_line":
-            self._call(line, tree)
+            self.call(line, tree)
         elif line.kind == "exit":
             raise Leave("loop")
         elif line.kind == "return_":
+            self.result = value_of(tree.children[0], line, self.variables) if tree.children else UNKNOWN
             raise Leave("routine")
         elif line.kind == "halt":
             self.events.append(Wait(line.code_start, line.number, None, "HALT"))
         elif line.kind == "goto":
-            self.unknown(line, "GOTO is not followed")
-            raise Leave("routine")
+            self.unknown(line.number, "GOTO is not followed")
+            raise Leave("goto")
 
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code).upper()
-        if word in ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"):
-            self.unknown(line, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
+        if word in MOTIONS:
+            self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
         elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
-            self.note(line, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
+            self.note(line.number, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions
 
@@ -152,7 +174,8 @@ class Machine(Flow):
         first = expressions[0]
         if first.data == "ref" and root_of(first) in ("$AXIS_ACT", "$POS_ACT"):
             return  # to where the robot is
-        told = self._told(line, tree)
+        spline = self.spline
+        told = {**(spline.told if spline is not None else {}), **self._told(line, tree)}
         self._carry_by_tool(line)
         values = [value_of(one, line, self.variables) for one in expressions]
         label = "".join(
@@ -173,19 +196,21 @@ class Machine(Flow):
         speed, origin = speed_of(axes)
         if not is_joint:
             speed = path_speed_of(told, self.variables)
-        if is_joint:
-            setting = self.settings.setdefault(line.code_start, Setting(line, speed.percent))
+        own = vel is not None
+        if spline is not None:
+            speed = replace(speed, writable=False)
+        if is_joint and not (spline is not None and own):
+            head = line if spline is None else spline.block.head  # before which a line may set its speed
+            setting = self.settings.setdefault(head.code_start, Setting(head, speed.percent))
             setting.percent = speed.percent
-            own = vel is not None
             set_by = -len(self.executions) - 1 if own else self.sets
-            self.executions.append(Executed(line.code_start, set_by, origin, speed.percent))
+            self.executions.append(Executed(head.code_start, set_by, origin, speed.percent))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
-            if isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
+            if spline is None and isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
-        words = [str(one).upper() for one in tree.children if isinstance(one, Token) and one.type == "BLEND"]
-        blend = blend_of(words, is_joint=is_joint, told=told, variables=self.variables)
-        if blend is ASSUMED_BLEND:
-            self.note(line, "the program does not say how far its zone reaches: taken as half of the way")
+        blend = self._blend(line, tree, told, is_joint=is_joint)
+        if spline is None or line.code_start == spline.last:
+            self.note_zone(line.number, blend)
         motion = Motion(
             statement=line.code_start,
             line=line.number,
@@ -199,6 +224,32 @@ class Machine(Flow):
             tool=self.frames.tool,
         )
         self.events.append(motion)
+
+    def _blend(self, line: Line, tree: Node, told: Mapping[str, Value], *, is_joint: bool) -> Blend | None:
+        """How a motion is blended; in a block of splines, all but the last one pass their points."""
+        if self.spline is not None:
+            foot = self.spline.block.foot
+            if line.code_start != self.spline.last:
+                return ASSUMED_BLEND
+            assert foot is None or foot.tree is not None
+            tree = foot.tree if foot is not None and foot.tree is not None else Tree("nothing", [])
+        words = [str(one).upper() for one in tree.children if isinstance(one, Token) and one.type == "BLEND"]
+        return blend_of(words, is_joint=is_joint, told=told, variables=self.variables)
+
+    def _spline_block(self, block: Block) -> None:
+        """See `Flow`."""
+        head, motions = block.head, [line.code_start for line in block.lines() if line.kind == "motion"]
+        if not motions or head.tree is None:
+            self.run_body(block.body)
+            return
+        what = "motions of this block keep their speed, without waits between them"
+        self.note(head.number, f"{what}; each is taken to pass its point within half of the way")
+        self.splined |= {*motions}
+        self.spline = Spline(block, motions[-1], self._told(head, head.tree))
+        try:
+            self.run_body(block.body)
+        finally:
+            self.spline = None
 
     def _told(self, line: Line, tree: Node) -> dict[str, Value]:
         """What WITH sets for one motion: speeds, tool and base, motion data."""
@@ -252,7 +303,7 @@ class Machine(Flow):
         value = value_of(expression, line, self.variables)
         path = path_of(target, line, self.variables)
         if path is None:
-            self.variables.forget(root_of(target))
+            self.forget(root_of(target), line)
             return
         self.variables.set(path, value)
         root = path[0]
@@ -265,7 +316,7 @@ class Machine(Flow):
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
             self.frames.define(root, self.variables.values[root])
         elif root == "$LOAD":
-            self._carry(line, payload_of(self.variables.values[root]), short(line.code))
+            self.carry(line, payload_of(self.variables.values[root]), short(line.code))
         elif root.startswith(("$OUT", "$ANOUT")) and not continues:
             self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
@@ -275,7 +326,7 @@ class Machine(Flow):
         is_full = number(value) == _FULL_PERCENT
         if name in NOT_SIMULATED and path != ("$ACC", "CP") and not is_full and name not in self.told:
             self.told.add(name)
-            self.note(line, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
+            self.note(line.number, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
 
     def _frame(self, root: str, expression: Node | Token, value: Value, line: Line) -> None:
         path = (
@@ -285,12 +336,6 @@ class Machine(Flow):
         )
         self.frames.present(root, path[0] if path else "", self.variables.values[root] if path is None else value)
 
-    def _carry(self, line: Line, payload: Payload | None, what: str) -> None:
-        """What the robot carries, as far as that is news."""
-        if payload != self.carried:
-            self.carried = payload
-            self.events.append(Load(line.number, payload, what))
-
     def _carry_by_tool(self, line: Line) -> None:
         """The load that belongs to the present tool's number, if its figures are known, where the tool was set."""
         if self.tool_settings == self.frames.tool_settings:
@@ -298,8 +343,8 @@ class Machine(Flow):
         self.tool_settings = self.frames.tool_settings
         which = self.frames.tool_number
         payload = payload_of(self.variables.values.get(f"LOAD_DATA[{which}]")) or self.beside.payloads.get(which)
-        if payload is not None:
-            self._carry(line, payload, f"LOAD_DATA[{which}]")
+        if payload is not None or self.carried is not None:
+            self.carry(line, payload, f"LOAD_DATA[{which}]" if which else "the load of the tool")
 
     def _declare(self, line: Line, tree: Node) -> None:
         for one in tree.find_data("declarator"):
@@ -313,61 +358,3 @@ class Machine(Flow):
             if indices and indices[0].children and not isinstance(indices[0].children[0], Token):
                 continue
             self.variables.set((name,), value_of(given[0], line, self.variables))
-
-    # Calls
-
-    def _call(self, line: Line, tree: Node) -> None:
-        name = str(tree.children[0]).upper()
-        nodes = arguments_of(tree)
-        if name == "BAS":
-            self._bas(line, nodes)
-        elif name in self.routines:
-            if name in self.calls:
-                self.unknown(line, f"{name} calls itself")
-                return
-            routine = self.routines[name]
-            for parameter, node in zip(routine.parameters, nodes, strict=False):
-                self.variables.set((parameter,), value_of(node, line, self.variables))
-            self.run(routine)
-        elif name not in HARMLESS and name not in self.still:
-            self.calls_elsewhere = True
-            self.unknown(line, f"{name}() is not in this file, it may move the robot", may_stand=True)
-
-    def _bas(self, line: Line, nodes: list[Node]) -> None:
-        """The routine of the controller that sets speeds and frames."""
-        word = str(value_of(nodes[0], line, self.variables)).upper()
-        value = value_of(nodes[1], line, self.variables) if len(nodes) > 1 else UNKNOWN
-        data, frame = (self.variables.values.get(name) for name in ("PDAT_ACT", "FDAT_ACT"))
-        if word == "#INITMOV":
-            self.set_speed(Number(100.0))
-            self.frames.reset()
-        elif word in ("#VEL_PTP", "#PTP_PARAMS"):
-            self.set_speed(value)
-        elif word == "#PTP_DAT":
-            self.set_speed(data.get("VEL", UNKNOWN) if isinstance(data, Mapping) else UNKNOWN)
-        elif word in ("#VEL_CP", "#CP_PARAMS"):
-            self.variables.set(("$VEL", "CP"), value)
-        elif word == "#ACC_CP":
-            self.variables.set(("$ACC", "CP"), value)
-        elif word == "#CP_DAT":
-            path = self.variables.values.get("LDAT_ACT")
-            self.variables.set(("$VEL", "CP"), path.get("VEL", UNKNOWN) if isinstance(path, Mapping) else UNKNOWN)
-        if word in ("#PTP_PARAMS", "#PTP_DAT", "#CP_PARAMS", "#CP_DAT"):
-            acting = data if "PTP" in word else self.variables.values.get("LDAT_ACT")
-            distance = acting.get("APO_DIST", UNKNOWN) if isinstance(acting, Mapping) else UNKNOWN
-            self.variables.set(("$APO", "CPTP"), distance)
-            self.variables.set(("$APO", "CDIS"), distance)
-            mode = acting.get("APO_MODE") if isinstance(acting, Mapping) and "PTP" in word else None
-            self.variables.set(APO_MODE, mode if isinstance(mode, str) else "")
-        if word in ("#FRAMES", "#PTP_PARAMS", "#CP_PARAMS") and isinstance(frame, Mapping):
-            self.frames.take(frame)
-        elif word == "#TOOL":
-            self.frames.set_tool(value)
-        elif word == "#BASE":
-            self.frames.set_base(value)
-
-    def set_speed(self, value: Value) -> None:
-        """See `Flow`."""
-        self.sets += 1
-        for axis in range(1, AXES + 1):
-            self.variables.values[f"$VEL_AXIS[{axis}]"] = value

@@ -9,9 +9,10 @@ from functools import cached_property
 from pathlib import Path
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in
+from robojoule.formats.vendor.composing import plain
+from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in, spline_folds
 from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
-from robojoule.formats.vendor.krl.syntax import read_lines, routines
+from robojoule.formats.vendor.krl.syntax import read_lines, routines, spline_blocks
 from robojoule.formats.vendor.krl.targets import Frames
 from robojoule.formats.vendor.lines import Line
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
@@ -55,6 +56,23 @@ class KrlProgram:
     @cached_property
     def _motions(self) -> dict[int, Line]:
         return {line.code_start: line for line in self.lines[0] if line.kind == "motion"}
+
+    @cached_property
+    def _surroundings(self) -> dict[int, tuple[Line, Line]]:
+        """Lines before the first and behind the last of which others may stand: those of folds, of blocks of splines.
+
+        They are by the first character of their motions, and by that of a block's head.
+        """
+        lines = self.lines[0]
+        found = {start: (lines[fold.first], lines[fold.last]) for start, fold in self._folds.items()}
+        folds = spline_folds(lines)
+        for routine in self.routines:
+            for block in spline_blocks(routine.body):
+                fold, inner = folds.get(block.head.code_start), list(block.lines())
+                last = block.foot or (inner[-1] if inner else block.head)
+                pair = (block.head, last) if fold is None else (lines[fold.first], lines[fold.last])
+                found |= {line.code_start: pair for line in [block.head, *inner] if line.kind in ("spline", "motion")}
+        return found
 
     def speed_edits(self, wishes: Mapping[int, Wish]) -> list[Edit]:
         """See `robojoule.formats.vendor.trace.VendorProgram`.
@@ -139,7 +157,7 @@ class KrlProgram:
         assert self._machine is not None
         if self._machine.calls_elsewhere:
             return True
-        ran = self._machine.settings.keys()
+        ran = self._machine.settings.keys() | self._machine.splined
         others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]
         return any("PTP" in line.code.upper()[:4] and "$VEL_AXIS" not in line.code.upper() for line in others)
 
@@ -151,20 +169,21 @@ class KrlProgram:
     def _number(self, span: Span, percent: float) -> str:
         """A number with as many decimals as the one that it replaces, if that says it."""
         old = self.sources[span.file].text[span.start : span.end]
-        plain = _plain(percent)
+        least = plain(percent)
         decimals = len(old.partition(".")[2]) if "E" not in old.upper() else 0
         fixed = f"{percent:.{decimals}f}"
-        return fixed if float(fixed) == float(plain) else plain
+        return fixed if float(fixed) == float(least) else least
 
     def _insertions(self, statement: int, percent: float) -> list[Edit]:
         """A line before a motion that sets the speed of axes, and one behind it where others need what was before."""
         assert self._machine is not None
-        line, end = self._motions[statement], self.sources[0].line_end
-        edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{_plain(percent)}){end}")]
-        before = self._machine.settings[statement].percent
+        setting, end = self._machine.settings[statement], self.sources[0].line_end
+        is_block = setting.line.kind == "spline"
+        line, last = self._surroundings[statement] if is_block else (setting.line, setting.line)
+        edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{plain(percent)}){end}")]
+        before = setting.percent
         if self._is_set_back(statement) and before is not None:
-            text = f"{line.indent}BAS(#VEL_PTP,{_plain(before)})"
-            edits.append(self._behind(line, text))
+            edits.append(self._behind(last, f"{line.indent}BAS(#VEL_PTP,{plain(before)})"))
         return edits
 
     def _behind(self, line: Line, text: str) -> Edit:
@@ -198,9 +217,8 @@ class KrlProgram:
 
     def wait_edit(self, statement: int, seconds: float, *, before: bool) -> Edit:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        line, fold = self._motions[statement], self._folds.get(statement)
-        lines, source = self.lines[0], self.sources[0]
-        first, last = (lines[fold.first], lines[fold.last]) if fold is not None else (line, line)
+        line, source = self._motions[statement], self.sources[0]
+        first, last = self._surroundings.get(statement, (line, line))
         text = f"{first.indent}WAIT SEC {self.wait_text(seconds)} {ADDED}: wait added by a plan"
         if before:
             return Edit(Span(first.start, first.start), f"{text}{source.line_end}")
@@ -214,10 +232,6 @@ class KrlProgram:
     def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
         """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
         return tuple(texts)
-
-
-def _plain(percent: float) -> str:
-    return f"{percent:.6f}".rstrip("0").rstrip(".")
 
 
 def read_krl(path: Path) -> KrlProgram:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 from lark import Lark, Token
@@ -52,6 +52,16 @@ def within(body: list[Line | Block]) -> Iterator[Line]:
             yield one
 
 
+def spline_blocks(body: list[Line | Block]) -> Iterator[Block]:
+    """Blocks of motions without a stop between them, at any depth."""
+    for one in body:
+        if isinstance(one, Block):
+            if one.head.kind == "spline":
+                yield one
+            for part in (one.body, *(part for _, part in one.parts)):
+                yield from spline_blocks(part)
+
+
 @dataclass(frozen=True, eq=False)
 class Routine:
     """A program or a subprogram.
@@ -59,12 +69,21 @@ class Routine:
     Attributes:
         name: Its name in capitals.
         parameters: Names of its parameters in capitals.
+        modes: How each is handed over: "IN", "OUT", or empty where that is not said.
         body: What it does.
     """
 
     name: str
     parameters: tuple[str, ...]
+    modes: tuple[str, ...]
     body: list[Line | Block]
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """Names that it has for itself: its parameters and what it declares."""
+        declared = (line.tree for line in within(self.body) if line.tree is not None and line.kind == "declaration")
+        names = {str(one.children[0]).upper() for tree in declared for one in tree.find_data("declarator")}
+        return frozenset(names | set(self.parameters))
 
 
 @cache
@@ -105,17 +124,35 @@ def routines(lines: list[Line]) -> list[Routine]:
     if head is not None and inside is not None:  # files that are cut off, or leave END out
         found.append(_routine(head, inside))
     if not found:
-        found.append(Routine("", (), blocks(lines)))
+        found.append(Routine("", (), (), blocks(lines)))
     return found
 
 
 def _routine(head: Line, lines: list[Line]) -> Routine:
     assert head.tree is not None
     names = [str(token).upper() for token in head.tree.children if isinstance(token, Token)]
-    parameters = [
-        str(one.children[0]).upper() for one in head.tree.find_data("parameter") if isinstance(one.children[0], Token)
+    words = [
+        [str(token).upper() for token in one.children if isinstance(token, Token)]
+        for one in head.tree.find_data("parameter")
     ]
-    return Routine(names[-1], tuple(parameters), blocks(lines))
+    modes = tuple(more[0] if more else "" for _, *more in words)
+    return Routine(names[-1], tuple(name for name, *_ in words), modes, blocks(lines))
+
+
+def leaves_loop(body: list[Line | Block]) -> bool:
+    """Whether lines may end the loop that they are in: by EXIT, not that of a loop within, by RETURN or GOTO."""
+    for one in body:
+        if isinstance(one, Line):
+            if one.kind in ("exit", "return_", "goto"):
+                return True
+            continue
+        parts = [one.body, *(part for _, part in one.parts)]
+        if kind_of(one.head) in ("if_", "switch"):
+            if any(leaves_loop(part) for part in parts):
+                return True
+        elif any(line.kind in ("return_", "goto") for line in one.lines()):
+            return True
+    return False
 
 
 def kind_of(line: Line) -> str:

@@ -10,7 +10,8 @@ from robojoule.formats.vendor.krl.expressions import Variables
 from robojoule.formats.vendor.krl.geometry import frame_of
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, PoseTarget, Speed
-from robojoule.formats.vendor.values import Number, Value, number, numbers
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number, numbers
+from robojoule.formats.vendor.zones import ASSUMED_BLEND
 from robojoule.robots.arm_configuration import StatusAndTurn
 from robojoule.robots.rigid_body import Placement
 from robojoule.robots.robot import Payload
@@ -18,8 +19,6 @@ from robojoule.robots.robot import Payload
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_NAMES = ("E1", "E2", "E3", "E4", "E5", "E6")
 APO_MODE = ("$APO", "MODE")  # whether the distance of motion data is one in mm, kept beside the distances
-DEFAULT_BLEND_SHARE = 1.0  # where the program does not say how far a zone reaches; told
-ASSUMED_BLEND = Blend(share=DEFAULT_BLEND_SHARE)
 
 
 class Frames:
@@ -28,6 +27,7 @@ class Frames:
     def __init__(self, beside: Beside) -> None:
         self.beside = beside
         self.known: dict[str, Placement | None] = {}
+        self.overwritten: set[str] = set()  # arrays of which nobody knows what they say
         self.tool: Placement | None = beside.tool
         self.base: Placement | None = beside.base
         self.tool_name = "the tool"
@@ -43,6 +43,10 @@ class Frames:
     def define(self, name: str, value: Value) -> None:
         """TOOL_DATA[n] or BASE_DATA[n] is set in the program."""
         self.known[name] = frame_of(value)
+
+    def overwrite(self, array: str) -> None:
+        """Some of TOOL_DATA or BASE_DATA is set, nobody knows which, or to what."""
+        self.overwritten.add(array)
 
     def set_tool(self, value: Value) -> None:
         """Tool by its number."""
@@ -64,6 +68,8 @@ class Frames:
         name, key = f"{array}[{which:g}]", f"{which:g}"
         if which == 0.0:
             return Placement.identity(), name
+        if array in self.overwritten:
+            return given, name
         if key in named:
             return named[key], name
         return (self.known[name] if self.known.get(name) is not None else given), name
@@ -72,7 +78,8 @@ class Frames:
         """$TOOL or $BASE is set, from a variable of some name or from a value."""
         array = "TOOL_DATA[" if root == "$TOOL" else "BASE_DATA["
         if name.startswith(array):
-            which = Number(float(name[len(array) : -1]))
+            index = name[len(array) : -1]
+            which = Number(float(index)) if index.isdecimal() else UNKNOWN
             if root == "$TOOL":
                 self.set_tool(which)
             else:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, plain, steps_of
-from robojoule.formats.vendor.rapid.data import ZONES_MM
+from robojoule.formats.vendor.rapid.data import ZONES_MM, predefined
+from robojoule.formats.vendor.rapid.instructions import FUNCTIONS, HARMLESS, RESERVED, SETTINGS, WAITS
 from robojoule.formats.vendor.rapid.machine import ADDED
+from robojoule.formats.vendor.rapid.motions import FORMS
 from robojoule.motion.simulation import MotionPaths
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.pendant import PendantAngles
@@ -16,23 +20,9 @@ from robojoule.robots.robot import Robot
 AXES = 6
 _LONGEST = 32
 _NOT_USED = "[9E9,9E9,9E9,9E9,9E9,9E9]"
-_TAKEN = ("main", "fine", "tool0", "wobj0", "load0", "vmax", *(f"z{zone}" for zone in ZONES_MM))
-_KEYWORDS = (
-    "if",
-    "for",
-    "to",
-    "from",
-    "test",
-    "case",
-    "proc",
-    "var",
-    "const",
-    "pers",
-    "not",
-    "and",
-    "or",
-    "step",
-    "do",
+_WAIT_STEP_S = 1e-3  # of WaitTime
+_TAKEN = tuple(
+    {"MAIN", "WAITTIME", *RESERVED, *predefined(), *FORMS, *WAITS, *HARMLESS, *SETTINGS, *FUNCTIONS},
 )
 
 
@@ -49,8 +39,10 @@ def compose_rapid(tree: OperationTree, robot: Robot | None, name: str) -> Compos
     moves = [step for step in steps.steps if step.kind == "move"]
     if len(steps.start_rad) > AXES:
         raise InputError(f"RAPID has {AXES} axes, the program has {len(steps.start_rad)}")
-    program, start, *points = identifiers([name, "start", *(m.name for m in moves)], _LONGEST, (*_TAKEN, *_KEYWORDS))
-    durations, zones = _durations_s(tree, robot), _zones([move.radius_m for move in moves])
+    zones = _zones([move.radius_m for move in moves])
+    own = [zone for zone in zones.values() if zone.startswith("zone")]
+    program, start, *points = identifiers([name, "start", *(m.name for m in moves)], _LONGEST, (*_TAKEN, *own))
+    durations, lost = _durations_s(tree, robot), list(steps.lost)
     angles = degrees_text([steps.start_rad, *(move.target_rad for move in moves)])
     lines = [f"MODULE {program}"]
     for point, values in zip([start, *points], angles, strict=True):
@@ -65,7 +57,10 @@ def compose_rapid(tree: OperationTree, robot: Robot | None, name: str) -> Compos
     for step in steps.steps:
         if step.kind == "wait":
             mark = f"{ADDED}: wait added by a plan" if step.added else f"! {step.name}"
-            lines.append(f"    WaitTime {plain(step.seconds, 3)}; {mark}")
+            seconds = math.floor(step.seconds / _WAIT_STEP_S + 1e-6) * _WAIT_STEP_S
+            if step.seconds - seconds > 1e-6:
+                lost.append(f"the wait '{step.name}' is {plain(seconds, 3)} s, a whole number of milliseconds")
+            lines.append(f"    WaitTime {plain(seconds, 3)}; {mark}")
         elif step.kind == "remark":
             lines.append(f"    ! {step.name}: nobody knows how long it takes")
         else:
@@ -74,7 +69,7 @@ def compose_rapid(tree: OperationTree, robot: Robot | None, name: str) -> Compos
             zone = zones[1e3 * move.radius_m] if move.radius_m else "fine"
             lines.append(f"    MoveAbsJ {point}\\NoEOffs,v1000{timed},{zone},tool0;")
     text = "".join(f"{line}\n" for line in [*lines, "  ENDPROC", "ENDMODULE"])
-    return Composed({".mod": text}, (*steps.lost,))
+    return Composed({".mod": text}, tuple(lost))
 
 
 def _durations_s(tree: OperationTree, robot: Robot) -> list[float]:

@@ -14,6 +14,7 @@ from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed, nu
 from robojoule.robots.rigid_body import Placement, quaternions
 
 Path = tuple[str | int, ...]
+_MOST_DEPTH = 60
 _ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
     "op_add": lambda a, b: a + b,
     "op_sub": lambda a, b: a - b,
@@ -84,14 +85,14 @@ def _changed(old: Value, path: list[str | int], value: Value) -> Value:
     return [*old[:place], _changed(old[place], path[1:], value), *old[place + 1 :]]
 
 
-def path_of(node: Node, statement: Statement, variables: Variables) -> Path | None:
+def path_of(node: Node, statement: Statement, variables: Variables, depth: int = 0) -> Path | None:
     """The path that a reference names; None: an index is not known."""
     path: list[str | int] = []
     for child in node.children:
         if isinstance(child, Token):
             path.append(str(child).upper() if not path else str(child))
             continue
-        indices = [number(value_of(one, statement, variables)) for one in child.children]
+        indices = [number(value_of(one, statement, variables, depth)) for one in child.children]
         for index in indices:
             if index is None or not index.is_integer():
                 return None
@@ -99,10 +100,11 @@ def path_of(node: Node, statement: Statement, variables: Variables) -> Path | No
     return tuple(path)
 
 
-def value_of(node: Node | Token, statement: Statement, variables: Variables) -> Value:
-    """What an expression is."""
-    if isinstance(node, Token):
+def value_of(node: Node | Token, statement: Statement, variables: Variables, depth: int = 0) -> Value:
+    """What an expression is; `UNKNOWN` where constants do not reach."""
+    if isinstance(node, Token) or depth > _MOST_DEPTH:
         return UNKNOWN
+    depth += 1
     kind, inner = str(node.data), node.children
     if kind == "number":
         return _literal(str(inner[0]), statement, node)
@@ -111,13 +113,13 @@ def value_of(node: Node | Token, statement: Statement, variables: Variables) -> 
     if kind in ("true", "false"):
         return kind == "true"
     if kind == "aggregate":
-        return [value_of(one, statement, variables) for one in inner]
+        return [value_of(one, statement, variables, depth) for one in inner]
     if kind == "ref":
-        path = path_of(node, statement, variables)
+        path = path_of(node, statement, variables, depth)
         return UNKNOWN if path is None else variables.get(path)
     if kind == "function":
-        return _function(node, statement, variables)
-    values = [value_of(one, statement, variables) for one in inner if isinstance(one, Tree)]
+        return _function(node, statement, variables, depth)
+    values = [value_of(one, statement, variables, depth) for one in inner if isinstance(one, Tree)]
     if kind in _ARITHMETIC:
         return _arithmetic(kind, values)
     if kind == "op_neg":
@@ -174,14 +176,17 @@ def arguments_of(node: Node) -> tuple[list[Node | Token], dict[str, Node | Token
     return plain, named
 
 
-def _function(node: Node, statement: Statement, variables: Variables) -> Value:
+def _function(node: Node, statement: Statement, variables: Variables, depth: int) -> Value:
     name = str(node.children[0]).upper()
     plain, named = arguments_of(node)
-    values = [value_of(one, statement, variables) for one in plain]
+    values = [value_of(one, statement, variables, depth) for one in plain]
     if name in _FUNCTIONS and len(values) == 1:
         return computed(values[0], Number(0.0), lambda a, _: _FUNCTIONS[name](a))
     if name in ("OFFS", "RELTOOL") and len(values) == 4:
-        turns = {key: value_of(one, statement, variables) if one is not None else UNKNOWN for key, one in named.items()}
+        turns = {
+            key: value_of(one, statement, variables, depth) if one is not None else UNKNOWN
+            for key, one in named.items()
+        }
         return _moved(name, values, turns)
     if name == "ORIENTZYX" and len(values) == 3:
         angles = floats(values, 3)

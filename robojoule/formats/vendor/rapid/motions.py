@@ -20,6 +20,7 @@ from robojoule.formats.vendor.rapid.syntax import Node, Statement
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Blend, JointTarget, Kind, Motion, PoseTarget, Speed
 from robojoule.formats.vendor.values import Number, Value, number
+from robojoule.formats.vendor.zones import ASSUMED_BLEND
 from robojoule.robots.arm_configuration import QuarterTurns
 from robojoule.robots.rigid_body import Placement
 
@@ -80,13 +81,13 @@ class Setting:
     Attributes:
         configured: Whether joint motions go to the configuration of their target (ConfJ).
         path_configured: Whether motions of the tool along a path do (ConfL).
-        velocity_share: Share of the programmed velocities that is used (VelSet). [-]
+        velocity_share: Share of the programmed velocities that is used (VelSet); None: not known. [-]
         most_m_s: Largest velocity of the tool (VelSet). [m/s]
     """
 
     configured: bool = True
     path_configured: bool = True
-    velocity_share: float = 1.0
+    velocity_share: float | None = 1.0
     most_m_s: float = math.inf
 
 
@@ -225,7 +226,7 @@ def _speed(
         place = statement.span(timed)
         return Speed(duration_s=amount, writable=is_literal and is_joint), place
     figures = floats(value, 4)
-    if figures is None or figures[0] <= 0.0:
+    if figures is None or figures[0] <= 0.0 or setting.velocity_share is None:
         return Speed(writable=False), None
     own = number(value_of(named["V"], statement, variables)) if named.get("V") is not None else None  # type: ignore[arg-type]
     tool_m_s = min((own or figures[0]) * _MM * setting.velocity_share, setting.most_m_s)
@@ -242,10 +243,14 @@ def _blend(
     value: Value, named: dict[str, Node | Token | None], variables: Variables, statement: Statement
 ) -> Blend | None:
     """How a motion is blended; None: it stops at its target."""
-    own = number(value_of(named["Z"], statement, variables)) if named.get("Z") is not None else None  # type: ignore[arg-type]
-    if not isinstance(value, list) or len(value) != 7:
-        return Blend(radius_m=own * _MM) if own else None
-    radius = number(value[1]) if own is None else own
-    if value[0] is True or not radius:
+    record = value if isinstance(value, list) and len(value) == 7 else None
+    if value is None or (record is not None and record[0] is True):
         return None
-    return Blend(radius_m=radius * _MM)
+    own = named.get("Z")
+    if own is not None:
+        radius = number(value_of(own, statement, variables))
+    else:
+        radius = number(record[1]) if record is not None and record[0] is False else None
+    if radius is None:
+        return ASSUMED_BLEND
+    return Blend(radius_m=radius * _MM) if radius else None

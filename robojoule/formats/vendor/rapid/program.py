@@ -24,7 +24,8 @@ class RapidProgram:
         self.sources = (source,)
         self.statements = statements(source)
         self.routines, self.data = routines(self.statements)
-        if not self.routines:
+        self.procedures = [one for one in self.routines if not one.is_function]
+        if not self.procedures:
             allowed = "a module with PROC main, or with one procedure at least"
             raise InputError("the file has no procedure", file=source.path, allowed=allowed)
         self._by_start = {one.start: one for one in self.statements}
@@ -37,12 +38,12 @@ class RapidProgram:
 
     def trace(self, beside: Beside) -> Trace:
         """See `robojoule.formats.vendor.trace.VendorProgram`: main runs, without one the first procedure."""
-        main = next((one for one in self.routines if one.name == "MAIN"), self.routines[0])
+        main = next((one for one in self.procedures if one.name == "MAIN"), self.procedures[0])
         machine = Machine(self.routines, self.data, beside)
         machine.run(main)
         self._machine = machine
         notes = list(machine.notes.values())
-        if main.name != "MAIN" and len(self.routines) > 1:
+        if main.name != "MAIN" and len(self.procedures) > 1:
             notes.append(Note(main.line, f"there is no PROC main: {main.name} is planned, other procedures are kept"))
         return Trace(tuple(machine.events), tuple(notes))
 

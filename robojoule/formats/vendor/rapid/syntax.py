@@ -94,11 +94,14 @@ def within(body: Sequence[Statement | Block]) -> Iterator[Statement]:
 
 @dataclass(frozen=True, eq=False)
 class Routine:
-    """A procedure.
+    """A procedure or a function.
 
     Attributes:
         name: Its name in capitals.
         parameters: Names of its parameters in capitals.
+        by_reference: Those of them through which it changes data of its caller.
+        optional: Those of them that a call may leave out.
+        is_function: Whether it is a function, which expressions call.
         body: What it does, without its handlers of errors.
         line: Line on which it begins.
     """
@@ -107,6 +110,9 @@ class Routine:
     parameters: tuple[str, ...]
     body: list[Statement | Block]
     line: int
+    by_reference: frozenset[str] = frozenset()
+    optional: frozenset[str] = frozenset()
+    is_function: bool = False
 
 
 @cache
@@ -181,7 +187,7 @@ def _header_end(text: str) -> int:
 
 
 def routines(found: Sequence[Statement]) -> tuple[list[Routine], list[Statement]]:
-    """Procedures of a file, and the declarations outside of them."""
+    """Procedures and functions of a file, and the declarations outside of them."""
     procedures: list[Routine] = []
     data: list[Statement] = []
     inside: list[Statement] | None = None
@@ -189,8 +195,8 @@ def routines(found: Sequence[Statement]) -> tuple[list[Routine], list[Statement]
     is_handler = is_other = False
     for one in found:
         if one.kind in ("proc", "func", "trap", "record"):
-            head, inside, is_handler = (one, [], False) if one.kind == "proc" else (None, [], False)
-            is_other = one.kind != "proc"
+            is_other = one.kind not in ("proc", "func")
+            head, inside, is_handler = None if is_other else one, [], False
         elif one.kind in ("endproc", "endfunc", "endtrap", "endrecord", "endmodule"):
             if head is not None and inside is not None:
                 procedures.append(_routine(head, inside))
@@ -208,12 +214,25 @@ def routines(found: Sequence[Statement]) -> tuple[list[Routine], list[Statement]
 
 def _routine(head: Statement, body: Sequence[Statement]) -> Routine:
     assert head.tree is not None
-    name = next(str(token) for token in head.tree.children if isinstance(token, Token))
-    parameters = [
-        str([token for token in one.children if isinstance(token, Token)][-1]).upper()
-        for one in head.tree.find_data("parameter")
-    ]
-    return Routine(name.upper(), tuple(parameters), blocks(body), head.line)
+    name = [str(token) for token in head.tree.children if isinstance(token, Token)][
+        -1
+    ]  # of a function, behind its type
+    by_reference, optional, parameters = set(), set(), []
+    for one in head.tree.find_data("parameter"):
+        tokens = [token for token in one.children if isinstance(token, Token)]
+        parameters.append(str(tokens[-1]).upper())
+        by_reference |= {parameters[-1]} if tokens[0].type == "MODE" else set()
+        optional |= {parameters[-1]} if head.text(one).lstrip().startswith("\\") else set()
+    is_function = head.kind == "func"
+    return Routine(
+        name.upper(),
+        tuple(parameters),
+        blocks(body),
+        head.line,
+        frozenset(by_reference),
+        frozenset(optional),
+        is_function,
+    )
 
 
 _CLOSED_BY = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "test": "endtest"}

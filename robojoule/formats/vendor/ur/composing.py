@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.composing import Composed, identifiers, plain, steps_of
+from robojoule.formats.vendor.ur.builtins import ALL
 from robojoule.formats.vendor.ur.machine import ADDED
+from robojoule.formats.vendor.ur.motions import MOTIONS
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot
 
 _LONGEST = 60
-_WORDS = ("def", "end", "while", "if", "else", "elif", "global", "local", "return", "run", "p", "pi", "True", "False")
 
 
 def compose_ur(tree: OperationTree, robot: Robot | None, name: str) -> Composed:
@@ -23,7 +24,9 @@ def compose_ur(tree: OperationTree, robot: Robot | None, name: str) -> Composed:
         raise InputError(problem, key="robot", allowed="a robot, as --robot")
     steps = steps_of(tree, robot)
     moves = [step for step in steps.steps if step.kind == "move"]
-    (program, start, *points) = identifiers([name, "start", *(move.name for move in moves)], _LONGEST, _WORDS)
+    taken = tuple(ALL | MOTIONS.keys())
+    start, *points = identifiers(["start", *(move.name for move in moves)], _LONGEST, taken)
+    (program,) = identifiers([name], _LONGEST, (*taken, *(f"{point}_q" for point in (start, *points))))
     lines = [f"def {program}():"]
     for point, position in zip([start, *points], [steps.start_rad, *(m.target_rad for m in moves)], strict=True):
         lines.append(f"  global {point}_q=[{', '.join(map(repr, position))}]")

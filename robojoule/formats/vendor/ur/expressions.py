@@ -10,6 +10,7 @@ import numpy as np
 from lark import Token, Tree
 
 from robojoule.formats.vendor.lines import Line, Node
+from robojoule.formats.vendor.ur.names import Names
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
 from robojoule.robots.inverse_kinematics import inverse_of
 from robojoule.robots.rigid_body import Placement
@@ -69,27 +70,32 @@ def pose_of(values: Sequence[float]) -> Placement:
     return Placement(rotation, np.array(values[:3]))
 
 
-def six_numbers(value: Value) -> tuple[float, ...] | None:
-    """A list of six known numbers."""
-    if not isinstance(value, tuple) or len(value) != 6 or not all(isinstance(one, Number) for one in value):
+def numbers_in(value: Value, count: int) -> tuple[float, ...] | None:
+    """A list of so many known numbers."""
+    if not isinstance(value, tuple) or len(value) != count or not all(isinstance(one, Number) for one in value):
         return None
     return tuple(one.value for one in value)
 
 
-def value_of(node: Node | Token, line: Line, variables: dict[str, Value], depth: int = 0) -> Value:
+def six_numbers(value: Value) -> tuple[float, ...] | None:
+    """A list of six known numbers."""
+    return numbers_in(value, 6)
+
+
+def value_of(node: Node | Token, line: Line, names: Names, depth: int = 0) -> Value:
     """The value of an expression; `UNKNOWN` where constants do not reach."""
     if isinstance(node, Token) or depth > _MOST_DEPTH:
         return UNKNOWN
 
     def inner(one: Node | Token) -> Value:
-        return value_of(one, line, variables, depth + 1)
+        return value_of(one, line, names, depth + 1)
 
     kind, parts = str(node.data), node.children
     if kind == "number":
         text = str(parts[0])
         return Number(float(text), line.span(parts[0]), text.isdigit())
     if kind == "name":
-        return variables.get(str(parts[0]), UNKNOWN)
+        return names.get(str(parts[0]))
     if kind in ("true", "false"):
         return kind == "true"
     if kind == "string":

@@ -33,7 +33,7 @@ class UrProgram:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
         machine = Machine(self.top, beside)
         machine.run()
-        self._calls = machine.calls
+        self._calls = machine.motions
         return Trace(tuple(machine.events), tuple(machine.notes.values()))
 
     def speed_edits(self, wishes: Mapping[int, Wish]) -> list[Edit]:

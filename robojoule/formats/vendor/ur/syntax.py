@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -85,3 +85,21 @@ def blocks(lines: list[Line]) -> list[Line | Block]:
         else:
             body.append(line)
     return top
+
+
+def functions_in(body: Sequence[Line | Block]) -> dict[str, Block]:
+    """Functions and threads at any depth by their names; of those of one name the outermost, and the first."""
+    found: dict[str, Block] = {}
+    pending = list(body)
+    while pending:
+        blocks_here = [one for one in pending if isinstance(one, Block)]
+        for block in blocks_here:
+            if block.head.kind in ("def_", "thread"):
+                found.setdefault(name_of(block.head), block)
+        pending = [one for block in blocks_here for part in (block.body, *(p for _, p in block.parts)) for one in part]
+    return found
+
+
+def name_of(head: Line) -> str:
+    """Name of the function or thread that a line begins."""
+    return str(head.tree.children[0]) if head.tree is not None else ""
