@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -226,6 +227,8 @@ def main() -> None:
     parser.add_argument("--root", type=Path, default=Path(), help="folder of dvc.yaml (default: .)")
     arguments = parser.parse_args()
     layout = Layout(arguments.root)
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so do scripts start what they put into the background
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # programs inherit it: Prefect's worker ends by SIGINT
     with told("flows.desk"):
         if arguments.command == "status":
             raise SystemExit(0 if status(layout) else 3)

@@ -28,7 +28,9 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 
 
 def desk(project: Path, command: str, code: int = 0) -> str:
-    return run(sys.executable, "-m", "flows.desk", command, cwd=project, code=code).stdout
+    """As a script starts it in the background: deaf to SIGINT."""
+    words = ("env", "--ignore-signal=INT", sys.executable, "-m", "flows.desk", command)
+    return run(*words, cwd=project, code=code).stdout
 
 
 @pytest.fixture
@@ -103,7 +105,10 @@ def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
     assert {name for name, pid in processes(project).items() if pid != first[name]} == {"mlflow-server"}
 
     with subprocess.Popen(["sleep", "120"], start_new_session=True) as other:  # not of the desk: it stays
+        begun = (project / ".desk/log/prefect-worker.log").read_text(encoding="utf-8")
         assert desk(project, "down").count("ended") == len(names)
+        said = (project / ".desk/log/prefect-worker.log").read_text(encoding="utf-8").removeprefix(begun)
+        assert "Worker 'desk' stopped!" in said  # by itself, not killed when its time was up
         assert other.poll() is None
         other.kill()
     assert [one for one in family if one.is_running() and one.status() != psutil.STATUS_ZOMBIE] == []
