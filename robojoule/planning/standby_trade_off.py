@@ -68,7 +68,8 @@ class StandbyTradeOff:
     @property
     def largest_gap(self) -> float:
         """Largest share by which an energy may be above the least one. [-]"""
-        return float(np.max((self.energies_j - self.bounds_j) / self.energies_j, initial=0.0))
+        gaps, energies = self.energies_j - self.bounds_j, self.energies_j
+        return float(np.max(np.divide(gaps, energies, out=np.zeros_like(gaps), where=energies > 0.0), initial=0.0))
 
     def to_dict(self) -> dict[str, Any]:
         """The trade-off as plain data, ready for JSON."""

@@ -86,6 +86,12 @@ def test_plans_survive_their_file(tmp_path, suffix):
          "line 2: the row has more or fewer cells"),
         ("cell,status,cycle_time_s,bound_j,runtime_s,robot,activity,option,mode,start_s,duration_s,energy_j\n"
          "c,optimal,9,1,1,A,a,p,on,0,x,1\n", "line 2, column duration_s: 'x' is not a number"),
+        ("cell,status,cycle_time_s,bound_j,runtime_s,robot,activity,option,mode,start_s,duration_s,energy_j\n"
+         "c,optimal,0,1,1,A,a,p,on,0,1,1\n", "line 2, column cycle_time_s: the cycle time must be above 0 s"),
+        ("cell,status,cycle_time_s,bound_j,runtime_s,robot,activity,option,mode,start_s,duration_s,energy_j\n"
+         "c,optimal,-10,1,1,A,a,p,on,0,1,1\n", "line 2, column cycle_time_s: the cycle time must be above 0 s"),
+        ("cell,status,cycle_time_s,bound_j,runtime_s,robot,activity,option,mode,start_s,duration_s,energy_j\n"
+         "c,optimal,9,1,-5,A,a,p,on,0,1,1\n", "line 2, column runtime_s: the runtime must not be below 0 s"),
     ],
 )  # fmt: skip
 def test_faults_of_plan_tables_are_named(tmp_path, text, problem):

@@ -5,6 +5,7 @@ import pytest
 
 import robojoule as rj
 from robojoule.formats.program import Program
+from robojoule.planning.standby_trade_off import StandbyTradeOff
 from tests.core_cases import kr16
 from tests.planning.test_standby import SKODA, SOON, with_standby
 from tests.planning.trees import POINTS_DEG, busy_tree, tree
@@ -49,3 +50,11 @@ def test_several_waits_that_lack_a_little_are_made_long_enough():
     place = int(np.searchsorted(found.cycle_times_s, cycle))
     assert plan.energy_j <= found.energies_j[place - 1] * (1.0 + 5e-3)
     assert found.energies_j[place - 1 : place + 1].min() <= plan.energy_j * (1.0 + 5e-3)
+
+
+def test_a_curve_of_no_energy_has_no_gap():
+    """By hand: where nothing draws energy, nothing is lost; elsewhere 2 J above 8 J are 20 %."""
+    times = np.array([1.0, 2.0, 3.0])
+    with np.errstate(all="raise"):
+        assert StandbyTradeOff(times, np.zeros(3), np.zeros(3)).largest_gap == 0.0
+        assert StandbyTradeOff(times, np.array([0.0, 10.0, 10.0]), np.array([0.0, 8.0, 9.0])).largest_gap == 0.2

@@ -12,7 +12,7 @@ from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.programs.cell import Cell, Handover, TimeLag
 
-SECONDS = 10.0  # for each question
+SECONDS = 10.0  # for each question, at most
 _LONGER = (1.5, 2.5, 5.0, 1.1)  # shares of the cycle time that are tried: long ones are the easiest
 _SLICE = 0.25  # of the time that is left, for one cycle time
 _CLOSE = 1e-3  # of the least cycle time that is named
@@ -21,14 +21,20 @@ _ANY_PLAN = 1e6  # gap at which the first plan is enough
 T = TypeVar("T")
 
 
+def brief(limits: Limits) -> Limits:
+    """For one question: not as long as it takes to answer all, and not after a stop."""
+    until = min(monotonic() + SECONDS, limits.until)
+    return Limits(until=until, gap=1e-6, threads=limits.threads, seed=limits.seed, stop=limits.stop)
+
+
 def contradicting_lags(cell: Cell, limits: Limits) -> tuple[TimeLag, ...]:
     """Time lags for which no cycle time is long enough, none of them needless as far as the time lasts."""
 
     def contradict(lags: Sequence[TimeLag]) -> bool:
         found = CellModel(Numbering(replace(cell, lags=tuple(lags), handovers=())), free_cycle_time=True)
-        return found.program.solve(_brief(limits)).status == "infeasible"
+        return found.program.solve(brief(limits)).status == "infeasible"
 
-    return _irreducible(cell.lags, contradict)
+    return _irreducible(cell.lags, contradict, brief(limits).until)
 
 
 def contradicting_handovers(cell: Cell, limits: Limits) -> tuple[Handover, ...]:
@@ -36,14 +42,13 @@ def contradicting_handovers(cell: Cell, limits: Limits) -> tuple[Handover, ...]:
 
     def contradict(handovers: Sequence[Handover]) -> bool:
         found = CellModel(Numbering(replace(cell, handovers=tuple(handovers))), free_cycle_time=True)
-        return found.program.solve(_brief(limits)).status == "infeasible"
+        return found.program.solve(brief(limits)).status == "infeasible"
 
-    return _irreducible(cell.handovers, contradict)
+    return _irreducible(cell.handovers, contradict, brief(limits).until)
 
 
-def _irreducible(all_of: Sequence[T], contradict: Callable[[Sequence[T]], bool]) -> tuple[T, ...]:
+def _irreducible(all_of: Sequence[T], contradict: Callable[[Sequence[T]], bool], until: float) -> tuple[T, ...]:
     """What is left of some conditions that contradict each other when all that are not needed for it are taken out."""
-    until = monotonic() + SECONDS
     kept, size = list(all_of), max(len(all_of) // 2, 1)
     while True:
         first = 0
@@ -64,14 +69,14 @@ def enough_s(cell: Cell, least_s: float, limits: Limits) -> float | None:
     Args:
         cell: A cell that has no plan at its cycle time.
         least_s: Cycle time below which there is none. [s]
-        limits: Threads and seed of the solver.
+        limits: When to end at the latest, threads and seed of the solver.
     """
-    until = monotonic() + SECONDS
+    until = brief(limits).until
 
     def has_plan(cycle_time_s: float) -> bool:
         now = monotonic()
         model = CellModel(Numbering(replace(cell, cycle_time_s=cycle_time_s)))
-        within = replace(_brief(limits), until=now + _SLICE * max(until - now, 0.0), gap=_ANY_PLAN)
+        within = replace(brief(limits), until=now + _SLICE * max(until - now, 0.0), gap=_ANY_PLAN)
         return model.program.solve(within).values is not None
 
     low = max(cell.cycle_time_s, least_s)
@@ -83,7 +88,3 @@ def enough_s(cell: Cell, least_s: float, limits: Limits) -> float | None:
         else:
             low = middle
     return high
-
-
-def _brief(limits: Limits) -> Limits:
-    return Limits(until=monotonic() + SECONDS, gap=1e-6, threads=limits.threads, seed=limits.seed)

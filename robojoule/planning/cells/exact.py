@@ -49,25 +49,38 @@ class Found:
         return self.timing.energy_j if self.timing is not None else INF
 
 
-def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tuple[float, dict[int, float]]:
+@dataclass(frozen=True, eq=False)
+class Relaxation:
+    """What a model gives without integers.
+
+    Attributes:
+        bound_j: Its objective, a bound [J]; infinity if it is infeasible, minus infinity if there was no time for it.
+        prices_w: Price of time of each robot. [W]
+        duals: Of the rows, but for the last tangents; none if there was no time.
+    """
+
+    bound_j: float
+    prices_w: dict[int, float]
+    duals: Array | None = None
+
+
+def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> Relaxation:
     """Add tangents where the relaxation without integers is, until it stays.
 
     Args:
         model: Model of a cell; gets tangents.
         limits: When to end.
         share: Share of the objective that the tangents may miss.
-
-    Returns:
-        Objective of the relaxation, a bound [J], infinity if it is infeasible; the price of time of each robot [W].
     """
     n, t = model.numbers, model.movements
-    bound, prices = 0.0, dict.fromkeys(model.parts.robots, 0.0)
+    bound = -INF
+    best = Relaxation(bound, dict.fromkeys(model.parts.robots, 0.0))
     for at in spread_durations_s(n, t, _FIRST_TANGENTS):
         model.add_tangents(t, at)
     for _ in range(_CUT_ROUNDS):
         found = model.program.solve(limits, relaxed=True)
         if found.status == "infeasible":
-            return INF, prices
+            return replace(best, bound_j=INF)
         if found.values is None or found.status != "optimal":
             break
         bound = found.objective
@@ -75,12 +88,12 @@ def cut_relaxation(model: CellModel, limits: Limits, share: float = 1e-5) -> tup
         at = np.where(used > 1e-6, found.values[model.d[t]] / np.maximum(used, 1e-6), 0.0)
         at = np.clip(at, n.d_min_s[t], n.d_max_s[t])
         missing = np.where(used > 1e-6, used * n.energies_j(t, at) - found.values[model.W[t]], 0.0)
-        prices = _prices_w(model, used, at)
-        wanted = missing > share * bound / max(int(np.count_nonzero(used > 1e-6)), 1)
-        if missing.sum() <= share * bound or not wanted.any() or monotonic() > limits.until:
+        best = Relaxation(bound, _prices_w(model, used, at), found.duals)
+        wanted = missing > share * abs(bound) / max(int(np.count_nonzero(used > 1e-6)), 1)
+        if missing.sum() <= share * abs(bound) or not wanted.any() or monotonic() > limits.until:
             break
         model.add_tangents(t[wanted], at[wanted])
-    return bound, prices
+    return best
 
 
 def add_price_tangents(model: CellModel, prices_w: dict[int, float], offsets_w: tuple[float, ...] = (0.0,)) -> None:
@@ -110,7 +123,6 @@ class ExactSearch:
         model: Model of a cell or of some of its robots, as it was built.
         limits: When to end; `gap` is that in true energy.
         report: Is told the best energy and the bound whenever one of them changes.
-        prices_w: Prices of time, where tangents are wanted from the beginning.
     """
 
     def __init__(
@@ -133,10 +145,11 @@ class ExactSearch:
         """
         if start is not None:
             self._better(*start)
-        bound, self.prices_w = cut_relaxation(self.model, self.limits)
-        if bound == INF:
+        relaxed = cut_relaxation(self.model, self.limits)
+        if relaxed.bound_j == INF:
             return replace(self.best, status="infeasible", bound_j=INF)
-        self._bounded(bound)
+        self.prices_w = relaxed.prices_w
+        self._bounded(relaxed.bound_j)
         add_price_tangents(self.model, self.prices_w)
         seen: set[object] = set()
         for _ in range(_ROUNDS):
@@ -186,7 +199,7 @@ class ExactSearch:
 
     def _bounded(self, bound_j: float) -> None:
         if self.best.bound_j < bound_j < INF:
-            self.best = replace(self.best, bound_j=min(bound_j, self.best.energy_j))
+            self.best = replace(self.best, bound_j=bound_j)
             self._tell()
 
     def _improved(self, values: Array, objective: float, bound: float) -> None:

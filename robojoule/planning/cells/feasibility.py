@@ -8,14 +8,15 @@ from time import monotonic
 import numpy as np
 
 from robojoule.errors import CycleTimeTooShort, InputError
-from robojoule.planning.cells.conflicts import contradicting_handovers, contradicting_lags, enough_s
+from robojoule.planning.cells.conflicts import brief, contradicting_handovers, contradicting_lags, enough_s
 from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Lag, Numbering
 from robojoule.programs.cell import TimeLag
 
-_SECONDS = 10.0  # for the least cycle time of all robots together
 _SHOWN = 6
+NO_PLAN = "the cell has no plan at this cycle time"
+UNEXPLAINED = f"{NO_PLAN}; there was no time to find out why"
 TOO_SHORT_S = 1e-6  # by which a cycle time may be too short by rounding
 
 
@@ -24,23 +25,27 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
 
     Args:
         numbers: A cell that a search has found to have none.
-        limits: Threads and seed of the solver.
+        limits: When to end with a plain sentence if the reason was not found, threads and seed of the solver.
     """
+    if _over(limits):
+        return InputError(UNEXPLAINED)
     cell = numbers.cell
     slowest, least = "", 0.0
     for r, robot in enumerate(cell.robots):
-        found = CellModel(numbers, [r], free_cycle_time=True).program.solve(_brief(limits))
+        found = CellModel(numbers, [r], free_cycle_time=True).program.solve(brief(limits))
         if found.status == "infeasible":
             return InputError("there is no closed tour through all static activities", key=f"robot {robot.name}")
         if found.bound > least:
             slowest, least = robot.name, found.bound
+        if _over(limits):
+            break
     model = CellModel(numbers, free_cycle_time=True)
-    found = model.program.solve(_brief(limits))
+    found = model.program.solve(brief(limits))
     if found.status == "infeasible":
         loose = CellModel(numbers, free_cycle_time=True, without=("handovers",))
-        if loose.program.solve(_brief(limits)).status == "infeasible":
+        if loose.program.solve(brief(limits)).status == "infeasible":
             apart = CellModel(numbers, free_cycle_time=True, without=("handovers", "lags"))
-            if apart.program.solve(_brief(limits)).status == "infeasible":
+            if apart.program.solve(brief(limits)).status == "infeasible":
                 return InputError("the longest durations leave the robots no common cycle time")
             return _contradiction(contradicting_lags(cell, limits))
         ends = _joined((one.first, one.second) for one in contradicting_handovers(cell, limits))
@@ -57,7 +62,11 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
     enough = enough_s(cell, max(found.bound, least), limits)
     if enough is not None:
         return CycleTimeTooShort(cell.cycle_time_s, enough, forced="by activities that exclude each other")
-    return InputError("the cell has no plan at this cycle time: collisions and time lags leave no room")
+    return InputError(UNEXPLAINED if _over(limits) else f"{NO_PLAN}: collisions and time lags leave no room")
+
+
+def _over(limits: Limits) -> bool:
+    return monotonic() > limits.until or (limits.stop is not None and limits.stop())
 
 
 def _too_long(numbers: Numbering, limits: Limits) -> InputError | None:
@@ -66,7 +75,7 @@ def _too_long(numbers: Numbering, limits: Limits) -> InputError | None:
     for r, robot in enumerate(cell.robots):
         model = CellModel(numbers, [r], free_cycle_time=True)
         model.program.cost[model.CT] = -1.0
-        most_s = -model.program.solve(_brief(limits)).bound
+        most_s = -model.program.solve(brief(limits)).bound
         if most_s < cell.cycle_time_s - TOO_SHORT_S:
             problem = f"the cycle time {cell.cycle_time_s:.6g} s is longer than the slowest cycle of robot {robot.name}"
             return InputError(problem, allowed=f"at most {most_s:.6f} s")
@@ -86,18 +95,14 @@ def _joined(pairs: Iterable[tuple[str, str]]) -> str:
     return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
 
 
-def _brief(limits: Limits) -> Limits:
-    return Limits(until=monotonic() + _SECONDS, gap=1e-6, threads=limits.threads, seed=limits.seed)
-
-
 def _binding(model: CellModel, limits: Limits) -> str:
     """Activities of the time lags that hold the cycle time up, for the choices of the least one."""
     program = model.program
-    found = program.solve(_brief(limits))
+    found = program.solve(brief(limits))
     if found.values is None:
         return ""
     whole = np.flatnonzero(program.integer)
-    fixed = program.solve(_brief(limits), relaxed=True, fixed=(whole, np.round(found.values[whole])))
+    fixed = program.solve(brief(limits), relaxed=True, fixed=(whole, np.round(found.values[whole])))
     if fixed.duals is None:
         return ""
     pairs = zip(model.lag_rows, model.parts.lags, strict=True)

@@ -4,15 +4,16 @@
 2. Annealing from several seeds, longer and longer up to a first plan, each followed by the timing problem; the best few
    plans are kept.
 3. Annealing from those plans and neighbourhoods of the best one, until all are exhausted or the time is up; in between,
-   the bound is sharpened robot by robot.
+   the bound is sharpened by prices of time lags and hand-overs, robot by robot (`robojoule.planning.cells.bounds`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from threading import Thread
 from time import monotonic
 
@@ -20,6 +21,7 @@ import numpy as np
 
 from robojoule.errors import PlanningError, require_package
 from robojoule.planning.cells.annealing import compile_kernel
+from robojoule.planning.cells.bounds import PricedRobots
 from robojoule.planning.cells.constructive import LATE_S, Annealer, Single, plan_alone, timed
 from robojoule.planning.cells.exact import Found
 from robojoule.planning.cells.linear import INF, Limits
@@ -34,7 +36,7 @@ FEWEST_ITERATIONS, STATICS_OF_FEWEST = 20_000, 40  # of the first run: so many f
 MOST_ITERATIONS = 8_000  # of the longest runs, for each static activity
 ALONE_GAP, ALONE_S = 0.01, 6.0  # of the first plans of single robots
 BOUND_GAP = 1e-4  # of their last ones
-BOUND_S = 60.0
+BOUND_S, RELAXATION_S = 60.0, 120.0
 SHARE_OF_ANNEALING = 0.35  # of the time, at most
 REHEAT_J = (60.0, 100.0, 30.0)
 OFTEN, SELDOM = 4, 12  # turns with one neighbourhood: in cells of many robots they find less than annealing
@@ -62,7 +64,6 @@ class LargeSearch:
     executor: Executor | None = None
     workers: int = 1
     best: Found = field(init=False, default_factory=lambda: Found("unknown", None, None, 0.0))
-    bounds_j: dict[int, float] = field(init=False, default_factory=dict)
     kept: list[tuple[Selection, Timing]] = field(init=False, default_factory=list)  # the best of each seed, best first
     pace_s: float = field(init=False, default=0.0)  # what an iteration of annealing took last
 
@@ -77,9 +78,8 @@ class LargeSearch:
             single = plan_alone(self.numbers, r, replace(self.limits, gap=ALONE_GAP), ALONE_S)
             if single.found.status == "infeasible":
                 return replace(self.best, status="infeasible", bound_j=INF)
-            self.bounds_j[r] = single.found.bound_j
             singles.append(single)
-        self._bounded()
+        self._bounded(sum(single.found.bound_j for single in singles))
         while compiling.is_alive() and not self._done():  # a search without time does not wait for the compiler
             compiling.join(_PATIENCE_S)
         if not compiling.is_alive() and all(single.found.selection is not None for single in singles):
@@ -117,8 +117,13 @@ class LargeSearch:
                     selection = annealer.run(iterations, one, self._done)
                 yield selection
             return
+        run: Callable[[int], Selection]
+        if isinstance(self.executor, ThreadPoolExecutor):  # nothing has to be made anew, and a stop is heard
+            run = partial(annealer.run, iterations, stop=self._done)
+        else:
+            run = _Run(self.numbers.cell, annealer.singles, iterations)
         with self._paced(iterations):
-            found = list(self.executor.map(_Run(self.numbers.cell, annealer.singles, iterations), seeds))
+            found = list(self.executor.map(run, seeds))
         yield from found
 
     @property
@@ -147,7 +152,7 @@ class LargeSearch:
             turn += 1
             around = near.draw(rng, exhausted)
             selection, timing = self._plan()
-            if turn % 4 == 0 and next(tasks, None) is not None:
+            if turn % 3 == 1 and next(tasks, None) is not None:
                 continue
             if turn % every != every - 1 or around is None:
                 if self._affordable(self._most_iterations) < LEAST_ITERATIONS:
@@ -191,12 +196,17 @@ class LargeSearch:
         del self.kept[KEPT:]
 
     def _bounds(self, singles: list[Single]) -> Iterator[int]:
-        """Sharpen the bounds of the robots, the loosest first."""
+        """Sharpen the bound: the joint relaxation, then robot by robot at its prices, the loosest first."""
+        priced = PricedRobots(self.numbers)
+        relaxed_j, prices = priced.relax(self._within(RELAXATION_S, 0.0))
+        self._bounded(relaxed_j)
+        priced.price(prices, self._within(RELAXATION_S, 0.0))
+        self._bounded(priced.bound_j)
+        yield -1
         gaps = {r: single.found.energy_j - single.found.bound_j for r, single in enumerate(singles)}
         for r in sorted(gaps, key=lambda r: -gaps[r]):
-            single = plan_alone(self.numbers, r, replace(self.limits, gap=BOUND_GAP), BOUND_S)
-            self.bounds_j[r] = max(self.bounds_j[r], single.found.bound_j)
-            self._bounded()
+            priced.solve(r, self._within(BOUND_S, 0.0), BOUND_GAP * singles[r].found.energy_j)
+            self._bounded(priced.bound_j)
             yield r
 
     def _plan(self) -> tuple[Selection, Timing]:
@@ -222,9 +232,8 @@ class LargeSearch:
             self.best = replace(self.best, selection=selection, timing=timing)
             self._tell()
 
-    def _bounded(self) -> None:
-        bound = sum(self.bounds_j.values())
-        if bound > self.best.bound_j:
+    def _bounded(self, bound: float) -> None:
+        if self.best.bound_j < bound < INF:
             self.best = replace(self.best, bound_j=bound)
             self._tell()
 

@@ -22,7 +22,7 @@ class Solution:
     """What the solver found.
 
     Attributes:
-        status: "optimal", "infeasible", "stopped" (by time or by request) or "interrupted".
+        status: "optimal", "infeasible" or "stopped" (by time or by request).
         values: Values of the columns; none without a solution.
         objective: Objective of `values`; infinity without.
         bound: Proven lower bound of the objective.
@@ -45,7 +45,6 @@ class Limits:
         gap: Relative gap at which it stops. [-]
         threads: Threads of the solver.
         seed: Of its random choices.
-        cutoff: Objective above which nothing is sought.
         stop: Says that it shall stop.
         improved: Is told each better solution: values, objective and bound.
         bounded: Is told the bound as the search goes on.
@@ -55,7 +54,6 @@ class Limits:
     gap: float = 0.0
     threads: int = 1
     seed: int = 0
-    cutoff: float = INF
     stop: Callable[[], bool] | None = None
     improved: Callable[[Array, float, float], None] | None = None
     bounded: Callable[[float], None] | None = None
@@ -107,6 +105,26 @@ class LinearModel:
         self._row_upper.append(upper)
         return len(self._row_lower) - 1
 
+    def priced(self, rows: Sequence[int], prices: ArrayLike) -> tuple[Array, float]:
+        """Costs of all columns if some rows are paid for instead of kept.
+
+        Args:
+            rows: Rows with one bound, or two equal ones.
+            prices: Of each row, as its dual; 0 in place of those that have the wrong sign for the bound.
+
+        Returns:
+            Costs, shape (columns,), and what is to be added to the objective: for values that keep the rows the sum of
+            both is not above the objective.
+        """
+        cost, constant = np.array(self.cost), 0.0
+        for row, price in zip(rows, np.asarray(prices, dtype=float).tolist(), strict=True):
+            lower, upper = self._row_lower[row], self._row_upper[row]
+            paid = price if lower == upper else max(price, 0.0) if upper == INF else min(price, 0.0)
+            own = slice(self._starts[row], self._starts[row + 1])
+            cost[self._columns[own]] -= paid * np.array(self._values[own])  # a row names a column once
+            constant += paid * (lower if upper == INF else upper)
+        return cost, constant
+
     @property
     def rows(self) -> int:
         """Number of rows."""
@@ -143,7 +161,6 @@ class LinearModel:
             ("threads", limits.threads),
             ("random_seed", limits.seed),
             ("time_limit", max(limits.until - monotonic(), 0.01) + highs.getRunTime() if limits.until < INF else INF),
-            ("objective_bound", INF),
             ("mip_feasibility_tolerance", 1e-7),
             ("mip_allow_restart", False),  # on these models restarts cost more than they save
         ):

@@ -59,7 +59,7 @@ import numpy as np
 from robojoule.arrays import Array, Index
 from robojoule.planning.cells.linear import INF, LinearModel, terms
 from robojoule.planning.cells.numbering import Lag, Meeting, Numbering
-from robojoule.planning.cells.phases import phase_bounds_s
+from robojoule.planning.cells.phases import phase_bounds_s, reach_s
 
 if TYPE_CHECKING:
     from robojoule.planning.cells.selection import Selection
@@ -121,6 +121,8 @@ class CellModel:
             self.parts = replace(self.parts, handovers=())
         if "lags" in without:
             self.parts = replace(self.parts, lags=())
+        if "meetings" in without:
+            self.parts = replace(self.parts, meetings=())
         self.free_cycle_time = free_cycle_time
         self.program = LinearModel()
         in_parts = np.isin(np.arange(numbers.robots), list(self.parts.robots))
@@ -160,6 +162,7 @@ class CellModel:
         self.t = spread(r, n.robots, program.columns(r.size, low[r], high[r]))
         self.k: dict[tuple[int, int], int] = {}
         self.lag_rows: list[int] = []
+        self.handover_rows: list[int] = []
         self.CT = int(program.columns(1, 0.0, INF, 1.0)[0]) if self.free_cycle_time else -1
 
     def _add_choices(self) -> None:
@@ -216,7 +219,7 @@ class CellModel:
     def _add_lags(self) -> None:
         """(7) starts of activities of different robots."""
         n = self.numbers
-        far = 2.0 * (n.robots + 1) * n.cycle_time_s
+        far = max(reach_s(n, self.parts.lags), (2 * n.robots + 1) * n.cycle_time_s) + n.cycle_time_s
         for lag in self.parts.lags:
             row = self._start(lag.second, lag.second_move) + _minus(self._start(lag.first, lag.first_move))
             slack = 0.0
@@ -237,7 +240,7 @@ class CellModel:
                 for place in n.locations_of[activity]:
                     partners = sorted({pair[1 - side] for pair in pairs if pair[side] == place})
                     others = [term for other in partners for term in self._chosen(other, -1.0)]
-                    self.program.row(self._chosen(place) + others, upper=0.0)
+                    self.handover_rows.append(self.program.row(self._chosen(place) + others, upper=0.0))
 
     def _add_meetings(self) -> None:
         """(9) choices that collide are apart in every cycle."""

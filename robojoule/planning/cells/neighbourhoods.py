@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robojoule.arrays import Index
-from robojoule.planning.cells.exact import Found
 from robojoule.planning.cells.linear import Limits
 from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Numbering
@@ -123,8 +122,3 @@ class Neighbourhoods:
                 columns += [model.u[stays], model.delta[stays]]
             columns += [model.y[others], model.d[others], model.W[others]]
         return np.concatenate([np.zeros(0, dtype=np.intp), *columns])
-
-
-def improved(found: Found, better: tuple[Selection, Timing]) -> Found:
-    """A result with a better plan."""
-    return replace(found, selection=better[0], timing=better[1])

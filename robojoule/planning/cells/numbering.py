@@ -77,8 +77,6 @@ class Numbering:
         self.last = _index(static[robot.last] for robot in cell.robots)
         self.tail = _index(static[one.start] for one in cell.dynamic.values())
         self.head = _index(static[one.end] for one in cell.dynamic.values())
-        self.least_s = np.array([one.least_s for one in cell.static.values()])
-        self.longest_s = np.array([one.longest_s for one in cell.static.values()])
         locations = [(v, one) for v, activity in enumerate(cell.static.values()) for one in activity.locations]
         self.location_static = _index(v for v, _ in locations)
         self.location_names = [one.name for _, one in locations]

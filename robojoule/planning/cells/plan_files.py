@@ -9,8 +9,6 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from pydantic import NonNegativeFloat
-
 from robojoule.documents import Document, check_output, parse, read_document, read_text, write_document, write_text
 from robojoule.errors import InputError
 from robojoule.inputs import number_of, shown
@@ -43,7 +41,7 @@ class _PlanDocument(Document):
     energy_j: float
     bound_j: float
     gap_percent: float
-    runtime_s: NonNegativeFloat
+    runtime_s: float
     largest_mean_power_w: float | None = None
     steps: tuple[_StepDocument, ...]
 
@@ -105,14 +103,20 @@ def _plan(one: _PlanDocument, number: int, path: Path) -> CellPlan:
     """A plan, if what it states of itself is what its steps give."""
     steps = tuple(Step(**step.model_dump()) for step in one.steps)
     plan = CellPlan(one.cell, one.cycle_time_s, steps, one.status, one.bound_j, one.runtime_s)
-    if one.cycle_time_s <= 0.0:
-        raise InputError("the cycle time must be above 0 s", file=path, key=f"plans.{number}.cycle_time_s")
+    _check_times(one.cycle_time_s, one.runtime_s, path, f"plans.{number}.")
     for name in _STATED:
         stated, found = getattr(one, name), getattr(plan, name)
         if stated is not None and abs(stated - found) > _TOLERANCE * max(abs(found), 1.0):
             problem = f"the plan states {stated:.7g}, its steps and its bound give {found:.7g}"
             raise InputError(problem, file=path, key=f"plans.{number}.{name}")
     return plan
+
+
+def _check_times(cycle_time_s: float, runtime_s: float, path: Path, place: str) -> None:
+    if cycle_time_s <= 0.0:
+        raise InputError("the cycle time must be above 0 s", file=path, key=f"{place}cycle_time_s")
+    if runtime_s < 0.0:
+        raise InputError("the runtime must not be below 0 s", file=path, key=f"{place}runtime_s")
 
 
 def _check_suffix(path: Path) -> None:
@@ -142,7 +146,9 @@ def _read_csv(path: Path) -> tuple[CellPlan, ...]:
         if row["status"] not in get_args(_Status):
             place, allowed = f"line {line}, column status", ", ".join(get_args(_Status))
             raise InputError(f"unknown status {shown(row['status'])}", file=path, key=place, allowed=allowed)
-        head = (row["cell"], number("cycle_time_s"), row["status"], number("bound_j"), number("runtime_s"))
+        cycle_time_s, runtime_s = number("cycle_time_s"), number("runtime_s")
+        _check_times(cycle_time_s, runtime_s, path, f"line {line}, column ")
+        head = (row["cell"], cycle_time_s, row["status"], number("bound_j"), runtime_s)
         plans.setdefault(head, []).append(
             Step(
                 row["robot"],

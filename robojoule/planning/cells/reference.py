@@ -63,7 +63,7 @@ def _add_sets(model: pyo.ConcreteModel, cell: Cell) -> None:
 
 def _add_variables(model: pyo.ConcreteModel, cell: Cell) -> None:
     """Choices, durations, energies, clock, phases."""
-    CT, reach = cell.cycle_time_s, len(cell.robots) * cell.cycle_time_s
+    CT, reach = cell.cycle_time_s, _reach_s(cell)
     model.u = pyo.Var(model.S, domain=pyo.Binary)
     model.delta = pyo.Var(model.S, bounds=(0.0, None))
     model.y = pyo.Var(model.T, domain=pyo.Binary)
@@ -152,7 +152,7 @@ def _add_clock(model: pyo.ConcreteModel, cell: Cell) -> None:
 def _add_lags(model: pyo.ConcreteModel, cell: Cell) -> None:
     """(7) time lags; that of an optional activity holds where it is done."""
     CT = cell.cycle_time_s
-    far = 4 * (len(cell.robots) + 1) * CT
+    far = 2.0 * _reach_s(cell) + CT
 
     def not_done(m: pyo.ConcreteModel, name: str) -> Any:
         if name in cell.static or len(cell.leaving(cell.dynamic[name].start)) == 1:
@@ -180,7 +180,7 @@ def _add_handovers(model: pyo.ConcreteModel, cell: Cell) -> None:
 
 def _add_meetings(model: pyo.ConcreteModel, cell: Cell) -> None:
     """(9) choices that collide are apart in every cycle; one integer for each pair of activities."""
-    CT, reach = cell.cycle_time_s, 2 * len(cell.robots) + 2
+    CT, reach = cell.cycle_time_s, int(2.0 * _reach_s(cell) / cell.cycle_time_s) + 2
     pairs = sorted({(one.first.activity, one.second.activity) for one in cell.collisions})
     model.k = pyo.Var(range(len(pairs)), domain=pyo.Integers, bounds=(-reach, reach))
     model.apart = pyo.ConstraintList()
@@ -193,6 +193,13 @@ def _add_meetings(model: pyo.ConcreteModel, cell: Cell) -> None:
             (lasting_a, longest_a), (lasting_b, longest_b) = _lasting(model, cell, a, i), _lasting(model, cell, b, j)
             model.apart.add(between >= lasting_a - longest_a * (1 - _taken(model, cell, b, j)))
             model.apart.add(CT - between >= lasting_b - longest_b * (1 - _taken(model, cell, a, i)))
+
+
+def _reach_s(cell: Cell) -> float:
+    """By how much two robots' cycles need to start apart at most: whole cycles more can be taken off. [s]"""
+    CT = cell.cycle_time_s
+    longest = max((abs(one.length_s - CT * one.cycles) for one in cell.lags), default=0.0)
+    return max(len(cell.robots) - 1, 1) * (2.0 * CT + longest)
 
 
 def _x(m: pyo.ConcreteModel, cell: Cell, v: str, place: str) -> Any:

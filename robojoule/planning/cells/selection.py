@@ -30,10 +30,6 @@ class Selection:
         """The choices as something to compare."""
         return tuple((*self.movements[r].tolist(), -1, *self.stays[r].tolist()) for r in sorted(self.movements))
 
-    def with_robots(self, other: Selection) -> Selection:
-        """The selection with the robots of another one in its place."""
-        return Selection({**self.movements, **other.movements}, {**self.stays, **other.stays})
-
 
 def selection_of(model: CellModel, values: Array) -> Selection:
     """The choices in a solution of a model."""

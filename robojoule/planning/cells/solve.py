@@ -12,9 +12,10 @@ from time import monotonic
 
 from robojoule.errors import InputError, PlanningError
 from robojoule.inputs import as_number, as_whole, shown
+from robojoule.planning.any_plan import gap_percent
 from robojoule.planning.cells.check import checked
 from robojoule.planning.cells.exact import ExactSearch, Found
-from robojoule.planning.cells.feasibility import explain
+from robojoule.planning.cells.feasibility import NO_PLAN, explain
 from robojoule.planning.cells.large import LargeSearch
 from robojoule.planning.cells.linear import Limits, release_threads
 from robojoule.planning.cells.model import CellModel
@@ -27,6 +28,7 @@ from robojoule.progress import Progress, heard_by
 TIME_LIMIT_S = 60.0
 GAP_PERCENT = 0.01
 SMALL, MIDDLE = 350, 1000  # movements up to which the model alone is best, and up to which it can prove something
+EXPLANATION_S = 10.0  # since the start: so long at least it may be sought why there is no plan
 SHARE_OF_SEARCH = 0.4  # of the time, for the search before the model in cells of middle size
 
 
@@ -45,7 +47,7 @@ class SearchProgress(Progress):
     @property
     def gap_percent(self) -> float:
         """By how much the energy may lie above the optimum; infinity before the first plan. [%]"""
-        return 100.0 * (self.energy_j - self.bound_j) / self.energy_j if self.energy_j < math.inf else math.inf
+        return gap_percent(self.energy_j, self.bound_j) if self.energy_j < math.inf else math.inf
 
     @property
     def text(self) -> str:
@@ -69,6 +71,7 @@ def solve_cell(
     progress: Callable[[SearchProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
     executor: Executor | None = None,
+    explained: bool = True,
 ) -> CellPlan:
     """The plan of a cell with the least energy that was found, checked, with a proven bound.
 
@@ -77,11 +80,13 @@ def solve_cell(
         time_limit_s: When the search ends with the best plan so far. [s]
         gap_percent: Proven gap at which it ends. [%]
         threads: Threads of the solver.
-        seed: Of random choices; equal seeds give equal plans where no time limit cuts.
+        seed: Of random choices; equal seeds give equal plans where no time limit cuts. The search of cells of more than
+            `SMALL` movements has limits of its own inside.
         progress: Hears whenever the best plan or the bound changes, and once before (`SearchProgress`).
         stop: Is asked now and then whether the search shall end with the best plan so far.
         executor: Runs the annealing of large cells from as many seeds as there are threads beside each other: any
             executor of `concurrent.futures`, so also one of other machines; threads of this process if not given.
+        explained: Whether it is found out why a cell has no plan.
 
     Raises:
         InputError: An argument is out of range, or the cell has no plan; says why.
@@ -111,7 +116,9 @@ def solve_cell(
     try:
         found = _search(numbers, limits, lambda best: tell(best.energy_j, best.bound_j), executor)
         if found.status == "infeasible":
-            raise explain(numbers, limits)
+            if not explained:
+                raise InputError(NO_PLAN)
+            raise explain(numbers, replace(limits, until=max(limits.until, began + EXPLANATION_S)))
     finally:
         if limits.threads > 1:
             release_threads()
@@ -119,7 +126,8 @@ def solve_cell(
     if found.selection is None or found.timing is None:
         raise PlanningError(f"no plan of cell '{cell.name}' was found in {runtime:.1f} s")
     plan = plan_of(numbers, found.selection, found.timing.times, found.status, found.bound_j, runtime)
-    return checked(cell, replace(plan, bound_j=min(plan.bound_j, plan.energy_j)))
+    plan = checked(cell, plan)  # refuses a bound that is above the energy by more than rounding
+    return replace(plan, bound_j=min(plan.bound_j, plan.energy_j))
 
 
 def _search(numbers: Numbering, limits: Limits, tell: Callable[[Found], None], executor: Executor | None) -> Found:

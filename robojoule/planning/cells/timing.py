@@ -21,6 +21,7 @@ from robojoule.arrays import Array, Index
 from robojoule.planning.cells.linear import INF, Limits, LinearModel
 from robojoule.planning.cells.model import Parts
 from robojoule.planning.cells.numbering import Numbering
+from robojoule.planning.cells.phases import reach_s
 from robojoule.planning.cells.selection import Selection, Times, energy_j
 from robojoule.planning.cells.tangents import spread_durations_s
 
@@ -134,11 +135,11 @@ class _Problem:
                 row = end + [(column, -x) for column, x in begin]
                 program.row(row + self._slack(program), lower=lag.length_s - CT * lag.cycles)
         self.k = {}
+        reach = max(int(np.ceil(reach_s(n, self.parts.lags) / CT)), 2 * n.robots) + 2
         for pair, a, b in self.meetings:
             apart = self._begin(b) + [(column, -x) for column, x in self._begin(a)]
             shift = 0.0
             if cycles is None:
-                reach = 2 * n.robots + 2
                 self.k[pair] = int(program.columns(1, -reach, reach, integer=True)[0])
                 apart.append((self.k[pair], CT))
             else:

@@ -116,17 +116,20 @@ class CellWork:
         variants: Variants,
         *,
         apart: Pairs = (),
+        least_standing_s: Mapping[str, float] | None = None,
     ) -> Cell:
         """The cell with given movements.
 
         Args:
             variants: Energies of each motion that is allowed, by robot and motion.
             apart: Choices beside those of the geometry that exclude each other.
+            least_standing_s: How long robots stand at least in some standstills, by their names. [s]
 
         Raises:
             InputError: The cell is not consistent.
         """
-        robots = tuple(self._robot(r, work, variants) for r, work in enumerate(self.works))
+        least_s = least_standing_s or {}
+        robots = tuple(self._robot(r, work, variants, least_s) for r, work in enumerate(self.works))
         known = _Known.of(robots, _names(self.works, variants))
         collisions = [
             Collision(Choice(one.activity, a), Choice(two.activity, b))
@@ -144,7 +147,7 @@ class CellWork:
             tuple(dict.fromkeys(collisions)),
         )
 
-    def _robot(self, r: int, work: RobotWork, variants: Variants) -> CellRobot:
+    def _robot(self, r: int, work: RobotWork, variants: Variants, least_standing_s: Mapping[str, float]) -> CellRobot:
         modes = work.modes
         used = [row for row in range(len(work.motions)) if variants.get((r, row))]
         static, dynamic = [], []
@@ -154,9 +157,8 @@ class CellWork:
             for pose in ends:
                 powers = work.powers_w(i, pose)
                 places.append(Location(pose, {mode.name: powers[mode.name] for mode in modes}))
-            static.append(
-                StaticActivity(one.name, one.least_s, max(self.cell.cycle_time_s, one.least_s), tuple(places))
-            )
+            least = max(one.least_s, least_standing_s.get(one.name, 0.0))
+            static.append(StaticActivity(one.name, least, max(self.cell.cycle_time_s, least), tuple(places)))
             movements = [
                 Movement(name, work.motions[row].start, work.motions[row].end, profile)
                 for row in used

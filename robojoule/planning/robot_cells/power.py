@@ -3,14 +3,15 @@
 The sum of the largest powers of motions and of standing is an upper bound of the power at every time. Runs that exceed
 the limit even while all other robots stand as cheaply as they can are left out. Where a plan exceeds it, two of the
 activities that do so together are kept apart at all speeds at which they would: the plan that is found in the end keeps
-within the limit, but a better one may be missed, as another two might have been kept apart.
+within the limit, but a better one may be missed, as another two might have been kept apart. A process step that
+exceeds the limit while the motors hold the robot is done in a standby mode: the robot stands long enough for it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from robojoule.errors import InputError
+from robojoule.errors import InputError, PlanningError
 from robojoule.planning.cells.plan import CellPlan, Step
 from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.shared_space import Pairs
@@ -43,6 +44,29 @@ def check_standing(work: CellWork, limit_w: float) -> None:
         raise InputError(problem, key=where, allowed=f"peak_power_w of at least {needed:.0f} W")
 
 
+def least_standing_s(work: CellWork, limit_w: float) -> dict[str, float]:
+    """How long robots stand at least where only standby modes keep within the limit, by the names of standstills. [s]
+
+    That is while all other robots stand as cheaply as they can. A mode costs less than the motors, so a plan chooses it
+    where a robot stands so long.
+    """
+    least = [_least_standing_w(work, r) for r in range(len(work.works))]
+    found = {}
+    for r, robot in enumerate(work.works):
+        idle_s = {mode.name: mode.least_idle_s for mode in robot.modes}
+        for i, one in enumerate(robot.standstills):
+            rest = sum(least) - least[r] + one.most_process_w
+            allowed = [
+                idle_s[mode]
+                for pose in robot.poses_rad[i]
+                for mode, power in robot.powers_w(i, pose).items()
+                if power + rest <= limit_w
+            ]
+            if min(allowed, default=0.0) > 0.0:
+                found[one.name] = min(allowed)
+    return found
+
+
 def within_power(work: CellWork, runs: Runs, limit_w: float) -> Runs:
     """Runs that the limit allows while all other robots stand as cheaply as they can.
 
@@ -70,13 +94,20 @@ def _least_standing_w(work: CellWork, r: int) -> float:
 
 
 def keep_apart(work: CellWork, runs: Runs, plan: CellPlan, limit_w: float) -> Pairs:
-    """What must not take place at the same time so that a plan like this keeps within the limit; none if it does."""
+    """What must not take place at the same time so that a plan like this keeps within the limit; none if it does.
+
+    Raises:
+        PlanningError: A single robot exceeds it.
+    """
     found: dict[tuple[Choice, Choice], None] = {}
     standing = _standing_w(work)
     for together in _together(plan):
         drawn = [_peak_w(step, runs, standing) for step in together]
         if sum(drawn) <= limit_w * (1.0 + _ROUNDING):
             continue
+        if len(together) < 2:
+            problem = f"activity {together[0].activity} draws {drawn[0]:.0f} W by itself in the best plan"
+            raise PlanningError(f"no plan was found that keeps within {limit_w:g} W: {problem}")
         order = sorted(range(len(together)), key=lambda i: -drawn[i])
         first, second = order[0], order[1]
         rest = sum(drawn) - drawn[first] - drawn[second]

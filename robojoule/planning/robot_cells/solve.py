@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from time import monotonic
 from typing import Any, Literal, get_args
 
-from robojoule.errors import InputError, PlanningError, RobojouleError
+from robojoule.errors import CycleTimeTooShort, InputError, PlanningError, RobojouleError
 from robojoule.formats.program import Program
 from robojoule.formats.robot_cell import RobotCell
 from robojoule.inputs import as_number, shown
@@ -20,7 +21,7 @@ from robojoule.planning.plan import waiting_until
 from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.cell_run import CellRun, simulate_cell
 from robojoule.planning.robot_cells.plan import RobotCellPlan
-from robojoule.planning.robot_cells.power import check_standing, keep_apart, within_power
+from robojoule.planning.robot_cells.power import check_standing, keep_apart, least_standing_s, within_power
 from robojoule.planning.robot_cells.shared_space import Pairs
 from robojoule.planning.robot_cells.speeds import Runs, exact_runs, whole_runs
 from robojoule.planning.robot_cells.timeline import Timeline
@@ -35,6 +36,7 @@ _SHARE_OF_SPEEDS = 0.6  # of the time, for the plan on continuous speeds
 _SEARCH_SHARE = 0.2  # of the gap asked for that is left to each of the two searches
 _LEAST_S, _AFTER_STOP_S = 2.0, 10.0  # for the plan in whole percents, whatever is left, and after a stop
 NOT_WHOLE = "no plan in whole percents of speed was found in time: speed limits are exact, round none of them down"
+_ROUNDING = 1e-6  # of the energy, by which a bound may be above it
 _MOST_CUTS = 60  # rounds in which activities are kept apart for their power
 
 
@@ -111,13 +113,22 @@ class Search:
     ) -> None:
         self.work, self.settings = work, settings
         self.time_limit_s, self.gap_percent = time_limit_s, gap_percent
+        self.stopped_s = math.inf
+        limit_w = work.cell.peak_power_w
+        self.least_standing_s = least_standing_s(work, limit_w) if limit_w is not None else {}
 
     def run(self) -> RobotCellPlan:
         """Plan, write and simulate; the simulation says in `violations` what does not hold."""
         began = monotonic()
-        smooth_cell = self.work.cell_of(self.work.convex)
+        smooth_cell = self.work.cell_of(self.work.convex, least_standing_s=self.least_standing_s)
         searching = monotonic()
-        smooth = self._solve(smooth_cell, _SHARE_OF_SPEEDS * self.time_limit_s)
+        try:
+            smooth = self._solve(smooth_cell, _SHARE_OF_SPEEDS * self.time_limit_s)
+        except CycleTimeTooShort as error:
+            if not self.least_standing_s:
+                raise
+            forced = "by peak_power_w, which only standby keeps"
+            raise CycleTimeTooShort(error.requested_s, error.minimum_s, forced=forced) from None
         warnings: tuple[str, ...] = ()
         try:
             runs, plan = self._whole(smooth, searching + self.time_limit_s)
@@ -127,7 +138,7 @@ class Search:
             runs, plan, warnings = exact_runs(self.work, smooth), smooth, (NOT_WHOLE,)
         programs, starts = written_programs(self.work, runs, plan)
         run = simulate_cell(self.work.cell, programs, starts, self.work.arms)
-        bound = min(smooth.bound_j + self.work.process_j, run.energy_j)
+        bound = self._bound_j(smooth, run)
         near = run.energy_j - bound <= 0.01 * self.gap_percent * run.energy_j
         given = [Timeline(one, _bare(one.program), 0.0, self.work.cell.cycle_time_s) for one in self.work.cell.robots]
         return RobotCellPlan(
@@ -141,12 +152,35 @@ class Search:
             warnings,
         )
 
-    def _solve(self, cell: Cell, seconds: float) -> CellPlan:
+    def _bound_j(self, smooth: CellPlan, run: CellRun) -> float:
+        """Bound of every plan; one by predicted profiles may be above what the simulation gives."""
+        bound = smooth.bound_j + self.work.process_j
+        above = bound > run.energy_j * (1.0 + _ROUNDING)
+        if above and self.work.profiles == "simulated" and not run.violations:
+            problem = f"the simulated plan of cell '{self.work.cell.name}' takes {run.energy_j:.7g} J"
+            raise PlanningError(f"{problem}, less than its bound of {bound:.7g} J")
+        return min(bound, run.energy_j)
+
+    def _solve(self, cell: Cell, seconds: float, *, explained: bool = True) -> CellPlan:
         settings = self.settings
-        if settings.get("stop") is not None and settings["stop"]():  # the best plan so far still has to be written
-            settings, seconds = {**settings, "stop": None}, min(seconds, _AFTER_STOP_S)
+        if self._stopped():  # the best plan so far still has to be written
+            settings = {**settings, "stop": None}
+            seconds = min(seconds, self.stopped_s + _AFTER_STOP_S - monotonic())
         gap = _SEARCH_SHARE * self.gap_percent
-        return solve_cell(cell, time_limit_s=max(seconds, _LEAST_S), gap_percent=gap, **settings)
+        seconds = max(seconds, _LEAST_S)
+        return solve_cell(cell, time_limit_s=seconds, gap_percent=gap, explained=explained, **settings)
+
+    def _stopped(self) -> bool:
+        """Whether a stop was asked for; notes when."""
+        stop = self.settings.get("stop")
+        if stop is None or not stop():
+            return False
+        self.stopped_s = min(self.stopped_s, monotonic())
+        return True
+
+    def _late(self, until: float) -> bool:
+        """Whether the time is up, also that after a stop."""
+        return monotonic() > (min(until, self.stopped_s + _AFTER_STOP_S) if self._stopped() else until)
 
     def _whole(self, smooth: CellPlan, until: float) -> tuple[Runs, CellPlan]:
         """The plan in whole percents: near the one on continuous speeds, further away from it where that has none."""
@@ -159,7 +193,7 @@ class Search:
                     raise
                 continue
             try:
-                return runs, self._within_power(runs, until)
+                return runs, self._within_power(runs, until, explained=wide)
             except RobojouleError as error:
                 reason = error
         raise PlanningError(f"no plan in whole percents of speed was found near the best one ({reason})") from reason
@@ -169,14 +203,17 @@ class Search:
         runs = whole_runs(self.work, smooth, wide=wide, slower=limit_w is not None)
         return runs if limit_w is None else within_power(self.work, runs, limit_w)
 
-    def _within_power(self, runs: Runs, until: float) -> CellPlan:
+    def _within_power(self, runs: Runs, until: float, *, explained: bool = True) -> CellPlan:
         limit_w = self.work.cell.peak_power_w
         apart: Pairs = ()
         for _ in range(_MOST_CUTS):
-            plan = self._solve(self.work.cell_of(runs.variants, apart=apart), until - monotonic())
+            cell = self.work.cell_of(runs.variants, apart=apart, least_standing_s=self.least_standing_s)
+            plan = self._solve(cell, until - monotonic(), explained=explained)
             more = () if limit_w is None else keep_apart(self.work, runs, plan, limit_w)
             if not more:
                 return plan
+            if self._late(until):
+                break
             apart = (*apart, *more)
         raise PlanningError(f"no plan was found that keeps within {limit_w:g} W")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from benchmarks.generated_cells import generate_cell
 from robojoule.profile.monomials import MonomialProfile
 from robojoule.programs.cell import (
@@ -74,6 +76,29 @@ def two_robots(cycle_time_s: float = 9.0) -> Cell:
         (Handover("a1", "b1", (("p", "p"), ("p", "q"), ("q", "q"))),),
         (Collision(Choice("a2>a0", "pp"), Choice("b0>b1", "pp")), Collision(Choice("a2", "p"), Choice("b0>b1", "pq"))),
     )
+
+
+def free_of_charge() -> Cell:
+    """Two robots without anything between them, and without energy."""
+    cell = replace(two_robots(), handovers=(), collisions=(), lags=())
+    robots = []
+    for robot in cell.robots:
+        static = tuple(
+            replace(one, locations=tuple(replace(p, powers_w=dict.fromkeys(p.powers_w, 0.0)) for p in one.locations))
+            for one in robot.static
+        )
+        dynamic = tuple(
+            replace(
+                one,
+                movements=tuple(
+                    replace(m, profile=MonomialProfile(m.profile.d_min_s, m.profile.d_max_s, ((0.0, 0.0),)))
+                    for m in one.movements
+                ),
+            )
+            for one in robot.dynamic
+        )
+        robots.append(replace(robot, static=static, dynamic=dynamic))
+    return replace(cell, robots=tuple(robots))
 
 
 SEEDS = [(2, 0, (4, 6)), (2, 1, (4, 6)), (3, 5, (3, 5))]

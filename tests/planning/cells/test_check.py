@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks.generated_cells import generate_cell
 from robojoule.errors import PlanningError
+from robojoule.planning.cells import exact
 from robojoule.planning.cells.check import check_plan, checked
 from robojoule.planning.cells.solve import solve_cell
 from robojoule.profile.monomials import MonomialProfile
@@ -158,3 +159,12 @@ def test_energy_outside_the_window_is_not_extrapolated(plan):
     assert isinstance(movement.profile, MonomialProfile)
     long = with_step(plan, "a0>a1", duration_s=50.0, energy_j=0.0)
     assert check_plan(CELL, long).energy_j > plan.energy_j
+
+
+def test_a_plan_below_the_bound_of_its_own_search_is_not_given_out(monkeypatch):
+    """A fault of the model, planted: its relaxation claims 1 % more than the optimum."""
+    best = solve_cell(CELL).energy_j
+    cut = exact.cut_relaxation
+    monkeypatch.setattr(exact, "cut_relaxation", lambda *given: replace(cut(*given), bound_j=1.01 * best))
+    with pytest.raises(PlanningError, match=r"does not pass the check: the plan takes .* less than the bound"):
+        solve_cell(CELL)

@@ -5,9 +5,12 @@ from dataclasses import replace
 import pytest
 
 from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
+from robojoule.planning.cells.feasibility import NO_PLAN, UNEXPLAINED, explain
+from robojoule.planning.cells.linear import Limits
+from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.solve import solve_cell
 from robojoule.programs.cell import Choice, Collision, Handover, TimeLag
-from tests.planning.cells.cases import two_robots
+from tests.planning.cells.cases import free_of_charge, two_robots
 
 
 def refusal(cell):
@@ -115,3 +118,30 @@ def test_progress_is_told_and_never_worse():
     assert seen[0].text.endswith(": no plan yet")
     assert seen[-1].text.endswith(f"{plan.energy_j:.1f} J, bound {plan.bound_j:.1f} J, gap 0.000 %")
     assert seen[0].total == 60.0 and all(one.left_s(0.0) == 60.0 - one.done for one in seen)
+
+
+def test_a_cell_in_which_nothing_costs_energy_is_planned_before_a_listener():
+    """By hand: 0 J, and no gap to nothing."""
+    seen = []
+    plan = solve_cell(free_of_charge(), progress=seen.append)
+    assert (plan.status, plan.energy_j, plan.bound_j) == ("optimal", 0.0, 0.0)
+    assert seen[-1].gap_percent == 0.0 and seen[-1].text.endswith("0.0 J, bound 0.0 J, gap 0.000 %")
+
+
+CONTRADICTING = replace(two_robots(), lags=(TimeLag("a1", "b1", 1.0, 0), TimeLag("b1", "a1", 1.0, 0)))
+UNFIT = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
+
+
+@pytest.mark.parametrize(
+    "cell", [two_robots(3.5), two_robots(40.0), CONTRADICTING, UNFIT], ids=["short", "long", "lags", "poses"]
+)
+@pytest.mark.parametrize("over", [Limits(until=0.0), Limits(stop=lambda: True)], ids=["late", "stopped"])
+def test_the_reason_is_not_sought_when_the_time_is_up_or_a_stop_is_asked_for(cell, over):
+    assert type(explain(Numbering(cell), over)) is InputError
+    assert str(explain(Numbering(cell), over)) == UNEXPLAINED
+
+
+def test_the_reason_is_left_out_on_request():
+    with pytest.raises(InputError) as raised:
+        solve_cell(two_robots(3.5), explained=False)
+    assert str(raised.value) == NO_PLAN

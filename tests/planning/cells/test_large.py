@@ -23,9 +23,8 @@ from robojoule.planning.cells.selection import is_whole, plan_of, poses_fit, sel
 from robojoule.planning.cells.solve import solve_cell
 from robojoule.planning.cells.tangents import spread_durations_s
 from robojoule.planning.cells.timing import best_times
-from robojoule.profile.monomials import MonomialProfile
 from robojoule.programs.cell import Handover
-from tests.planning.cells.cases import generated, two_robots
+from tests.planning.cells.cases import free_of_charge, generated, two_robots
 
 pytest.importorskip("numba")
 
@@ -210,6 +209,16 @@ def test_seeds_run_beside_each_other():
     assert found.status == "optimal"
 
 
+def test_a_stop_is_heard_by_runs_beside_each_other(annealer, numbers):
+    begun = monotonic()
+    with ThreadPoolExecutor(2) as executor:
+        limits = Limits(stop=lambda: monotonic() > begun + 0.5)
+        search = LargeSearch(numbers, limits, executor=executor, workers=2)
+        found = list(search._runs(annealer, 10**10, 1))
+    assert monotonic() - begun < 60
+    assert len(found) == 2 and all(is_whole(numbers, selection) for selection in found)
+
+
 def test_a_stop_ends_it_at_once():
     begun = monotonic()
     LargeSearch(Numbering(two_robots()), Limits(until=monotonic() + 100, stop=lambda: True)).run()
@@ -228,25 +237,7 @@ def test_a_run_of_annealing_is_cut_to_the_time_that_is_left(numbers):
 
 def test_annealing_takes_a_cell_in_which_nothing_costs_energy():
     """By hand: a plan of no energy, and prices and steps that are numbers."""
-    cell = replace(two_robots(), handovers=(), collisions=(), lags=())
-    robots = []
-    for robot in cell.robots:
-        static = tuple(
-            replace(one, locations=tuple(replace(p, powers_w=dict.fromkeys(p.powers_w, 0.0)) for p in one.locations))
-            for one in robot.static
-        )
-        dynamic = tuple(
-            replace(
-                one,
-                movements=tuple(
-                    replace(m, profile=MonomialProfile(m.profile.d_min_s, m.profile.d_max_s, ((0.0, 0.0),)))
-                    for m in one.movements
-                ),
-            )
-            for one in robot.dynamic
-        )
-        robots.append(replace(robot, static=static, dynamic=dynamic))
-    numbers = Numbering(replace(cell, robots=tuple(robots)))
+    numbers = Numbering(free_of_charge())
     annealer = Annealer(numbers, [plan_alone(numbers, r, Limits(gap=0.01), 10.0) for r in range(numbers.robots)])
     assert np.isfinite(annealer.problem.highest_level).all() and np.isfinite(annealer.problem.move_time_s).all()
     assert is_whole(numbers, annealer.run(1000, 0))

@@ -9,6 +9,7 @@ import robojoule as rj
 from robojoule.errors import CycleTimeTooShort, InputError, PlanningError
 from robojoule.formats.robot_cell import Place
 from robojoule.planning.cells.solve import SearchProgress
+from robojoule.planning.robot_cells.cell_model import CellWork
 from robojoule.planning.robot_cells.fidelity import pose_of
 from robojoule.planning.robot_cells.solve import NOT_WHOLE, Search, plan_robot_cell
 from robojoule.planning.robot_cells.timeline import Timeline
@@ -28,6 +29,15 @@ def test_the_plan_of_three_robots_holds():
     for program, run in zip(plan.programs, plan.run.runs, strict=True):
         assert run.cycle_time_s == pytest.approx(cell.cycle_time_s, abs=1e-6)
         assert all(move.speed_limit_percent == round(move.speed_limit_percent) for move in program.moves)
+
+
+def test_a_plan_below_its_bound_is_not_given_out(monkeypatch):
+    """A fault of the profiles, planted: process steps count 5 % of the plan's energy too much."""
+    more_j = 0.05 * plan_of_three().energy_j
+    wrong = work_of_three().process_j + more_j
+    monkeypatch.setattr(CellWork, "process_j", property(lambda _: wrong))
+    with pytest.raises(PlanningError, match=r"takes .* J, less than its bound of"):
+        planned(three(), exclusive=True)
 
 
 def test_the_robots_agree_on_a_pose():
