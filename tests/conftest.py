@@ -5,13 +5,10 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 from collections.abc import Callable, Generator, Iterator
 from functools import cache
 from pathlib import Path
@@ -33,6 +30,8 @@ os.environ.update(
     PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW="ignore",
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
 )
+
+from flows.service import answers, free_port  # noqa: E402  after the settings; for tests, too
 
 # Fixtures that take long to set up and serve tests of several files, as a parameter of a test.
 EXPENSIVE = re.compile(r"\b(toy_project|reproduced|prefect_server): ")
@@ -124,12 +123,6 @@ def reproduced(toy_project: Path) -> Path:
     return toy_project
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def wait_for(what: str, ready: Callable[[], bool], seconds: float) -> None:
     """Poll until `ready` is true."""
     end = time.monotonic() + seconds
@@ -138,14 +131,6 @@ def wait_for(what: str, ready: Callable[[], bool], seconds: float) -> None:
             return
         time.sleep(0.25)
     raise AssertionError(f"{what}: not within {seconds:g} s")
-
-
-def answers(url: str) -> bool:
-    try:
-        with urllib.request.urlopen(url, timeout=5) as reply:
-            return reply.status == 200
-    except (urllib.error.URLError, OSError):
-        return False
 
 
 class Background:
