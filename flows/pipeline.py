@@ -31,7 +31,7 @@ from prefect.task_runners import TaskRunner
 
 from flows import lifeline
 from flows.command import told
-from flows.dvc_lock import mend_lock
+from flows.dvc_lock import mend_locks
 from flows.fan_out import Look, fan_out
 from flows.runners import add_runner, task_runner
 from flows.server import prefect_server
@@ -242,7 +242,7 @@ def reproduce(
         StageFailed: A stage ended with an error, also on its second try, or took too long.
     """
     progress: Any = create_progress_artifact(key="stages", progress=0.0, description=f"0 of {len(targets)} stages")
-    mend_lock(root)
+    mend_locks(root)
     # One look at all costs as much as one at a single stage. After a stage that ran, each is looked at anew.
     if outdated is None:
         outdated = targets if force else sorted(Look(root, targets).outdated())
@@ -320,7 +320,7 @@ def main() -> None:
         names = stage_names(root)
         if arguments.runner is not None:
             task_runner(arguments.runner, arguments.workers, arguments.address)  # both: before a server is started
-        mend_lock(root)
+        mend_locks(root)
         look = None if arguments.force else Look(root, names)  # while the server starts
         with prefect_server(Layout(root)):
             pipeline(
