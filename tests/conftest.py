@@ -1,6 +1,7 @@
 """Fixtures of the whole suite: a toy copy of the project, reproduced once, and a Prefect server, started once."""
 
 import contextlib
+import fcntl
 import os
 import re
 import shutil
@@ -117,9 +118,21 @@ def toy_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def reproduced(toy_project: Path) -> Path:
-    """The toy project after `dvc repro`."""
-    run("dvc", "repro", cwd=toy_project)
+def reproduced(toy_project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The toy project after `dvc repro`; the first worker that needs it makes it for all."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        run("dvc", "repro", cwd=toy_project)
+        return toy_project
+    made = tmp_path_factory.getbasetemp().parent / "reproduced"
+    with made.with_suffix(".lock").open("w") as guard:
+        fcntl.flock(guard, fcntl.LOCK_EX)
+        if not made.exists():
+            run("dvc", "repro", cwd=toy_project)
+            shutil.copytree(toy_project, made.with_suffix(".part"), symlinks=True)
+            made.with_suffix(".part").rename(made)
+            return toy_project
+    shutil.rmtree(toy_project)
+    shutil.copytree(made, toy_project, symlinks=True)
     return toy_project
 
 

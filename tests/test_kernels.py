@@ -84,12 +84,13 @@ def hashes(root: Path) -> dict[str, str]:
     }
 
 
-@pytest.mark.parametrize("caller", CALLERS.values(), ids=CALLERS)
-def test_the_pipeline_gives_the_same_bytes(reproduced: Path, tmp_path: Path, caller: dict[str, str]):
+# The oldest and the newest: each takes a whole pipeline, and the test above shows that all are bound alike.
+@pytest.mark.parametrize("name", [next(iter(CALLERS)), list(CALLERS)[-1]])
+def test_the_pipeline_gives_the_same_bytes(reproduced: Path, tmp_path: Path, name: str):
     shutil.copytree(reproduced / "studies", tmp_path / "studies")
     shutil.copy(reproduced / "params.yaml", tmp_path)
     words = [sys.executable, "-c", ALL_STAGES, str(tmp_path)]
-    done = subprocess.run(words, cwd=ROOT, env=environment(caller), capture_output=True, text=True, check=False)
+    done = subprocess.run(words, cwd=ROOT, env=environment(CALLERS[name]), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     found, expected = hashes(tmp_path), hashes(reproduced)
     assert [name for name in expected if found.get(name) != expected[name]] == []

@@ -11,7 +11,7 @@ from tests.planning.cells.cases import generated
 
 def test_a_large_cell_is_planned_by_tasks(prefect_server: str):
     compile_kernel()  # takes longer than the search where it never ran before
-    cell = generated(4, 0, (10, 12))  # larger than the model alone is used for
+    cell = generated(3, 0, (8, 10))  # larger than the model alone is used for
     plan = plan_cell(cell, time_limit_s=90.0, gap_percent=30.0, seeds=2, runner="processes")
     assert check_plan(cell, plan).feasible
     assert 0.0 < plan.bound_j <= plan.energy_j
@@ -19,4 +19,4 @@ def test_a_large_cell_is_planned_by_tasks(prefect_server: str):
 
 def test_what_cannot_be_done_is_refused():
     with pytest.raises(InputError, match="task runner"):
-        plan_cell(generated(4, 0, (10, 12)), runner="grid")
+        plan_cell(generated(3, 0, (8, 10)), runner="grid")

@@ -103,6 +103,6 @@ def test_bytes_do_not_depend_on_the_engine(
     assert found == unseen_robot(study, lambda text: None)
 
     if name == "dask":  # calls take the same way on both; a search takes long enough on one
-        cell = generated(4, 0, (10, 12))
+        cell = generated(3, 0, (8, 10))
         plan = plan_cell(cell, time_limit_s=120.0, gap_percent=30.0, seeds=2, runner=name, address=address)
         assert check_plan(cell, plan).feasible
