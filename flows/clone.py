@@ -31,7 +31,7 @@ def scratch_clone(root: Path) -> Iterator[Path]:
     """
     root = root.resolve()
     clones = Layout(root).desk_dir / "clones"
-    for file in clones.glob("*.json"):
+    for file in clones.glob("[!.]*.json"):
         if not _is_in_use(file):
             _remove(file)
     file = clones / f"{uuid.uuid4().hex}.json"

@@ -89,3 +89,9 @@ class Look:
             return set(self._targets)
         found = json.loads(said.strip() or "{}")
         return {target for target in self._targets if target in found}
+
+    def end(self) -> None:
+        """End it, where nobody asked for what it finds."""
+        if self._process.poll() is None:
+            self._process.terminate()
+            self._process.wait()

@@ -16,6 +16,8 @@ from pathlib import Path
 from prefect.events import Event, Resource
 from prefect.events.clients import get_events_client
 
+from flows.command import told
+
 EVENT = "robojoule.log.arrived"
 INBOX = Path(".desk/inbox")
 SUFFIXES = (".csv", ".parquet", ".gz")
@@ -68,14 +70,20 @@ class Watch:
         self._told: Seen = {}
 
     def look(self) -> None:
-        """Look once, and tell; what fails to be told is tried again at the next look."""
+        """Look once, and tell; what fails to be told is tried again at the next look, and the first error raised."""
+        errors = []
         now = logs_in(self._folder)
         self._told = {path: state for path, state in self._told.items() if now.get(path) == state}
         for path, state in now.items():
             if path not in self._told and self._seen.get(path) == state:
-                self._tell(path)
-                self._told[path] = state
+                try:
+                    self._tell(path)
+                    self._told[path] = state
+                except Exception as error:  # of whatever kind: the other logs are told of
+                    errors.append(error)
         self._seen = now
+        if errors:
+            raise errors[0]
 
 
 def tell_server(log: Path) -> None:
@@ -98,13 +106,14 @@ def main() -> None:
     inbox = parser.parse_args().inbox
     watch = Watch(inbox, tell_server)
     print(f"looks into {inbox} every {EVERY_S:g} s", flush=True)
-    while True:
-        try:
-            watch.look()
-        # Prefect raises many kinds for a server that is away; it may be back at the next look.
-        except Exception as error:
-            print(f"flows.inbox: the server is not told yet: {error}", file=sys.stderr, flush=True)
-        time.sleep(EVERY_S)
+    with told("flows.inbox"):
+        while True:
+            try:
+                watch.look()
+            # Prefect raises many kinds for a server that is away; it may be back at the next look.
+            except Exception as error:
+                print(f"flows.inbox: the server is not told yet: {error}", file=sys.stderr, flush=True)
+            time.sleep(EVERY_S)
 
 
 if __name__ == "__main__":

@@ -254,8 +254,9 @@ def main() -> None:
     arguments = parser.parse_args()
     with told("flows.measurements"):
         for log in arguments.logs:
-            if not log.is_file() or log.suffix.lower() not in SUFFIXES:
-                raise InputError("this is not a log", file=log, allowed=f"a file ending with {', '.join(SUFFIXES)}")
+            if not log.is_file() or log.suffix.lower() not in SUFFIXES or log.name.startswith("."):
+                allowed = f"a file ending with {', '.join(SUFFIXES)}, and no dot before its name"
+                raise InputError("this is not a log", file=log, allowed=allowed)
             if (arguments.inbox / log.name).exists():
                 raise InputError("a log of this name waits there", file=arguments.inbox, allowed="another name")
             with atomic_path(arguments.inbox / log.name) as path:

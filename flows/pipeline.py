@@ -322,15 +322,19 @@ def main() -> None:
             task_runner(arguments.runner, arguments.workers, arguments.address)  # both: before a server is started
         mend_locks(root)
         look = None if arguments.force else Look(root, names)  # while the server starts
-        with prefect_server(Layout(root)):
-            pipeline(
-                root,
-                force=arguments.force,
-                runner=arguments.runner,
-                workers=arguments.workers,
-                address=arguments.address,
-                outdated=None if look is None else sorted(look.outdated()),
-            )
+        try:
+            with prefect_server(Layout(root)):
+                pipeline(
+                    root,
+                    force=arguments.force,
+                    runner=arguments.runner,
+                    workers=arguments.workers,
+                    address=arguments.address,
+                    outdated=None if look is None else sorted(look.outdated()),
+                )
+        finally:
+            if look is not None:
+                look.end()
 
 
 if __name__ == "__main__":

@@ -124,7 +124,8 @@ class Service:
             RobojouleError: Another program has its place, it ended, or it is not ready in time.
         """
         launched = self.launch()
-        self.wait()
+        if launched or self.health is not None:  # without, only its first lines tell
+            self.wait()
         return launched
 
     def launch(self) -> bool:
@@ -180,10 +181,16 @@ class Service:
         noted = self.noted()
         if self.ready is None or (noted is not None and noted.managed):  # that one prints to another log
             return True
-        return self.ready in self.log.read_text(encoding="utf-8", errors="replace")
+        return self.ready in self._printed()
+
+    def _printed(self) -> str:
+        try:
+            return self.log.read_text(encoding="utf-8", errors="replace")
+        except FileNotFoundError:  # removed, or of a service manager
+            return ""
 
     def _last_line(self) -> str:
-        lines = self.log.read_text(encoding="utf-8", errors="replace").split("\n")
+        lines = self._printed().split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "no output")
 
     def stop(self) -> bool:

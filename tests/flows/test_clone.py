@@ -27,13 +27,15 @@ def test_clones_of_processes_that_are_gone_are_removed_and_nothing_else(toy_proj
         # Its number is another program's by now.
         gone = left(clones, "gone", ProcessFile(pid=os.getpid(), started_s=psutil.boot_time() + 1.0))
         (clones / "notes of somebody").mkdir()
+        (clones / ".half.json").touch()  # the note of a clone that is just being made
         with scratch_clone(toy_project) as one, scratch_clone(toy_project) as two:
             assert one != two and (one / "dvc.yaml").exists() and (two / "dvc.yaml").exists()
-            assert lives.exists() and not gone.exists()
+            assert lives.exists() and not gone.exists() and (clones / ".half.json").exists()
         assert not one.exists() and not two.exists()
         other.kill()
         other.wait()
         with scratch_clone(toy_project):
             assert not lives.exists()
+    (clones / ".half.json").unlink()
     assert [path.name for path in clones.iterdir()] == ["notes of somebody"]
     (clones / "notes of somebody").rmdir()

@@ -142,7 +142,9 @@ def test_the_command_puts_logs_into_the_inbox(project: Path, tmp_path: Path):
     assert [path.name for path in (project / ".desk/inbox").iterdir()] == ["log.csv"]
     said = run(*words, str(tmp_path / "log.csv"), cwd=project, code=2).stderr
     assert said == "flows.measurements: .desk/inbox: a log of this name waits there; allowed: another name\n"
-    said = run(*words, str(tmp_path / "log.txt"), cwd=project, code=2).stderr
-    assert said == f"flows.measurements: {tmp_path}/log.txt: this is not a log; allowed: a file ending with " + (
-        ".csv, .parquet, .gz\n"
-    )
+    (tmp_path / ".log.csv").write_text("time_s\n", encoding="utf-8")  # the inbox does not look at those
+    for name in ("log.txt", ".log.csv"):
+        said = run(*words, str(tmp_path / name), cwd=project, code=2).stderr
+        assert said == f"flows.measurements: {tmp_path}/{name}: this is not a log; allowed: a file ending with " + (
+            ".csv, .parquet, .gz, and no dot before its name\n"
+        )

@@ -23,11 +23,13 @@ def test_a_shell_reads_the_same():
     assert read_settings().items() <= shown.items()
 
 
-def activated(folder: Path, **environment: str) -> dict[str, str]:
-    """What the environment of a shell says after `. deploy/activate` in a project's folder."""
+def activated(folder: Path, more: str = "", **environment: str) -> dict[str, str]:
+    """What the environment of a shell says after `. deploy/activate` in a project's folder, with more settings."""
     for name in ("deploy/activate", "desk.env"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
+    with (folder / "desk.env").open("a", encoding="utf-8") as settings:
+        settings.write(more)
     (folder / ".venv/bin").mkdir(parents=True, exist_ok=True)
     (folder / ".venv/bin/activate").touch()
     words = ["env", "-i", f"PATH={os.environ['PATH']}", *(f"{name}={value}" for name, value in environment.items())]
@@ -43,6 +45,13 @@ def test_an_activated_shell_has_the_settings_but_what_it_says_already_wins(tmp_p
     found = activated(tmp_path, MLFLOW_PORT="5001", DO_NOT_TRACK="")
     assert expected.items() <= found.items()
     assert "MLFLOW_TRACKING_URI" not in found and "_name" not in found
+
+
+def test_an_activated_shell_reads_settings_to_their_end(tmp_path: Path):
+    more = "\n# of the team\nONE=two words\nTOKEN=abc="
+    found = activated(tmp_path, more)
+    assert (found["ONE"], found["TOKEN"]) == ("two words", "abc=")
+    assert "_line" not in found
 
 
 def test_an_activated_shell_knows_the_servers_that_run(tmp_path: Path):
