@@ -127,6 +127,7 @@ class CycleTimeTooShort(InputError):
         self.requested_s = requested_s
         self.minimum_s = minimum_s
         self.faster_s = faster_s
+        self.forced = forced
         bounded = faster_s is not None and faster_s < minimum_s - 1e-6
         within = " within the program's speed limits" if bounded else ""
         reason = f", which is forced {forced}" if forced else ""

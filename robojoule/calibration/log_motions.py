@@ -15,7 +15,7 @@ from robojoule.arrays import Array
 from robojoule.calibration.log import MeasuredLog
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.calibration.signals import choose_smoothing, local_cubic
-from robojoule.calibration.timing import POOR_ERROR_PERCENT, TimingIdentification, identify_timing
+from robojoule.calibration.timing import TimingIdentification, identify_timing
 from robojoule.errors import InputError
 from robojoule.inputs import counted
 from robojoule.motion.simulation import MotionPaths
@@ -180,7 +180,7 @@ def log_timing(log: MeasuredLog, robot: Robot) -> tuple[TimingIdentification | N
         return None, f"no timing by the log's motions, its rows here: {error}"
     if found.is_good or log.speed_limit is not None:
         return found, None
-    if found.held_out_error_percent <= POOR_ERROR_PERCENT:
+    if found.held_out_error_percent <= found.poor_error_percent:
         return None, f"no timing by the log's motions: {found.warnings[0]}"
     return None, (
         "no timing by the log's motions: without a column speed_limit_percent all are taken to have run at full speed, "

@@ -49,6 +49,7 @@ class MeasuredRuns:
     resolution_s: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "motion", np.array(self.motion))
         for name in ("speed_limits", "duration_s", "energy_j"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         freeze(self)  # the motions, too

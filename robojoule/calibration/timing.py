@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from robojoule.arrays import Array
 from robojoule.calibration.run_checks import check_runs
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing_fit import Durations, RuleFit, best_rules, fit_rule, rule_scores
+from robojoule.calibration.timing_fit import OF_STAMPS, Durations, RuleFit, best_rules, fit_rule, rule_scores
 from robojoule.calibration.timing_rules import JOINT_VELOCITY_SPREAD, OWN, Candidate, candidates
 from robojoule.documents import parse
 from robojoule.errors import InputError
@@ -78,6 +79,7 @@ class TimingIdentification:
         held_out_error_percent: Error of the rule, each motion left out in turn. [%]
         nominal_error_percent: Error of the entry's own timing. [%]
         resolution_s: Step in which instants were taken down. [s]
+        rounding_percent: What that step alone makes of the durations' errors. [%]
         runs: Number of runs.
         motions: Number of different motions.
         speeds: Number of different speed limits.
@@ -92,6 +94,7 @@ class TimingIdentification:
     held_out_error_percent: float
     nominal_error_percent: float
     resolution_s: float
+    rounding_percent: float
     runs: int
     motions: int
     speeds: int
@@ -112,16 +115,21 @@ class TimingIdentification:
         """Whether the rule explains the durations, and better than the entry: else robot files keep the entry's."""
         if self.rule == OWN:
             return False
-        return self.held_out_error_percent <= min(POOR_ERROR_PERCENT, self.nominal_error_percent)
+        return self.held_out_error_percent <= min(self.poor_error_percent, self.nominal_error_percent)
+
+    @property
+    def poor_error_percent(self) -> float:
+        """Error of motions left out above which a rule does not explain durations that were taken down so. [%]"""
+        return math.hypot(POOR_ERROR_PERCENT, self.rounding_percent)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
         found = []
-        if self.held_out_error_percent > POOR_ERROR_PERCENT:
+        if self.held_out_error_percent > self.poor_error_percent:
             found.append(
-                f"no rule explains the durations to {POOR_ERROR_PERCENT:g} % of motions left out, so none is taken: "
-                "check speed limits (column speed_limit_percent), payload and that every move stops at its end"
+                f"no rule explains the durations to {self.poor_error_percent:.2g} % of motions left out, so none is "
+                "taken: check speed limits (column speed_limit_percent), payload and that every move stops at its end"
             )
         elif not self.is_good:
             found.append("the entry's own timing meets the runs as well as any rule, so it is kept")
@@ -248,6 +256,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
         held_out_error_percent=100.0 * error,
         nominal_error_percent=100.0 * float(np.sqrt(np.mean((nominal / runs.duration_s - 1.0) ** 2))),
         resolution_s=runs.resolution_s,
+        rounding_percent=100.0 * OF_STAMPS * runs.resolution_s * math.sqrt(float(np.mean(runs.duration_s**-2.0))),
         runs=runs.motion.size,
         motions=motions,
         speeds=speeds,

@@ -20,7 +20,13 @@ from robojoule.arrays import Array, Index
 from robojoule.motion.learnt_controller import reached_velocity
 from robojoule.motion.simulation import MotionPaths
 from robojoule.motion.time_laws import duration_at_peak_s
-from robojoule.robots.controller_file import MOST_EXPONENT, AccelerationRule, ControllerTiming
+from robojoule.robots.controller_file import (
+    MOST_AHEAD_S,
+    MOST_DEAD_TIME_S,
+    MOST_EXPONENT,
+    AccelerationRule,
+    ControllerTiming,
+)
 from robojoule.robots.robot import Robot
 
 _STEP = 1e-5  # of logarithms, for derivatives
@@ -122,6 +128,8 @@ class Candidate:
             result[:, self.at("exponent")] = np.clip(result[:, self.at("exponent")], 0.0, MOST_EXPONENT)
         place = self.at("filter_time_s")
         result[:, place] = np.maximum(result[:, place], np.log(_LEAST_FILTER_S))
+        place = self.at("dead_time_s")
+        result[:, place] = np.clip(result[:, place], -MOST_AHEAD_S, MOST_DEAD_TIME_S)  # as robot files hold it
         return result
 
     def timing(self, x: Array, duration_error: float) -> ControllerTiming:

@@ -62,3 +62,27 @@ def test_what_runs_at_one_speed_leave_open_is_told_by_plans(cycle):
     learnt, _ = with_learnt_timing(TreeBatch(kr16(), [program.tree], 0.01), runs)
     assert learnt.robot.controller is not None
     assert learnt.paths.durations([1.0])[:, 0] == pytest.approx(runs.duration_s, rel=0.02)
+
+
+def test_coarse_stamps_do_not_hide_what_runs_show(cycle):
+    """A machine 20 % slower by a clock of 0.1 s: rounding alone is several per cent of such short moves."""
+    paths, _ = cycle
+    limits = (1.0, 0.5, 0.25)
+    truth = observed(paths, joint_controller(paths.robot), limits)
+    slower = 1.2 * paths.durations(limits).T.ravel()
+    stamped = 0.1 * np.round(slower / 0.1)
+    runs = MeasuredRuns("runs.csv", truth.motion, truth.speed_limits, stamped, truth.energy_j, 0.1)
+    batch = TreeBatch(kr16(), [rj.Program(cycle[1].tree).tree], 0.01)
+    learnt, warnings = with_learnt_timing(batch, runs)
+    assert learnt.robot.controller is not None and warnings == ()
+    seconds = learnt.paths.durations((1.0,)).sum()
+    assert seconds == pytest.approx(1.2 * paths.durations((1.0,)).sum(), rel=0.03)
+
+
+def test_a_dead_time_is_one_that_robot_files_hold(cycle):
+    paths, program = cycle
+    runs = by_the_entry(paths)
+    ahead = MeasuredRuns("runs.csv", runs.motion, runs.speed_limits, runs.duration_s - 0.12, runs.energy_j, 0.001)
+    found = rj.identify_timing(ahead, program, kr16())
+    assert found.controller.dead_time_s >= -0.1
+    found.robot_file()

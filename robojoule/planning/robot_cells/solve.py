@@ -127,7 +127,7 @@ class Search:
         except CycleTimeTooShort as error:
             if not self.least_standing_s:
                 raise
-            forced = "by peak_power_w, which only standby keeps"
+            forced = f"{error.forced or 'by the cell'}, where peak_power_w lets robots stand in standby only"
             raise CycleTimeTooShort(error.requested_s, error.minimum_s, forced=forced) from None
         warnings: tuple[str, ...] = ()
         try:

@@ -48,9 +48,11 @@ def test_a_limit_that_is_named_as_the_least_is_planned_in_a_long_cycle_and_expla
     plan = planned(replace(limited, cycle_time_s=35.0))
     assert plan.run.violations == () and plan.run.peak_power_sum_w <= 1675.0
     assert plan.bound_j <= plan.energy_j
-    with pytest.raises(CycleTimeTooShort, match="forced by peak_power_w, which only standby keeps") as raised:
+    with pytest.raises(CycleTimeTooShort, match="where peak_power_w lets robots stand in standby only") as raised:
         planned(limited)
     assert 25.0 < raised.value.minimum_s < 35.0
+    with pytest.raises(CycleTimeTooShort, match="forced by robot welder, where peak_power_w lets"):
+        planned(replace(limited, cycle_time_s=2.5))
 
 
 def test_one_robot_that_exceeds_the_limit_has_nobody_to_be_kept_apart_from():
