@@ -52,7 +52,7 @@ def test_a_limit_that_is_named_as_the_least_is_planned_in_a_long_cycle_and_expla
         planned(limited)
     assert 25.0 < raised.value.minimum_s < 35.0
     with pytest.raises(CycleTimeTooShort, match="forced by robot welder, where peak_power_w lets"):
-        planned(replace(limited, cycle_time_s=2.5))
+        planned(replace(three(), peak_power_w=1870.0, cycle_time_s=2.5))
 
 
 def test_one_robot_that_exceeds_the_limit_has_nobody_to_be_kept_apart_from():
