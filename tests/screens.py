@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +23,13 @@ from selenium.webdriver.common.by import By
 
 from tests.browser import browser
 from tests.conftest import free_port
+from tests.servers import artifacts, ask
 from tests.toy import ROOT
 
 FIGURES = ROOT / "docs/figures"
 LARGEST_BYTES = 150_000
 PATIENCE_S = 120.0
 METRIC = "predictors.energy_saving_j.random_forest.rel_p50_percent"
-
-
-def post(address: str, body: dict[str, Any]) -> Any:
-    """What a server answers to a request in JSON."""
-    head = {"content-type": "application/json"}
-    with urllib.request.urlopen(urllib.request.Request(address, json.dumps(body).encode(), head), timeout=60) as reply:
-        return json.load(reply)
 
 
 def wait_for_texts(window: Chrome, texts: list[str]) -> None:
@@ -66,11 +59,8 @@ def take_prefect(prefect: str, project: Path, folder: Path) -> None:
         project: Folder of the results that the run made.
         folder: Where the picture goes, as prefect.png.
     """
-    (artifact,) = post(
-        f"{prefect}/api/artifacts/filter",
-        {"artifacts": {"key": {"any_": ["table-6-1"]}}, "sort": "CREATED_DESC", "limit": 1},
-    )
-    (run,) = post(f"{prefect}/api/flow_runs/filter", {"flow_runs": {"id": {"any_": [artifact["flow_run_id"]]}}})
+    artifact = artifacts(f"{prefect}/api", "table-6-1")[0]
+    (run,) = ask(f"{prefect}/api", "flow_runs/filter", {"flow_runs": {"id": {"any_": [artifact["flow_run_id"]]}}})
     assert run["state"]["type"] == "COMPLETED"
     with (project / "reports/tables/table_6_1.csv").open(newline="", encoding="utf-8") as file:
         saving = next(csv.DictReader(file))["saving_percent"]
@@ -89,9 +79,9 @@ def take_mlflow(mlflow: str, project: Path, folder: Path) -> None:
         folder: Where the picture goes, as mlflow.png.
     """
     api = f"{mlflow}/api/2.0/mlflow"
-    found = post(f"{api}/experiments/search", {"max_results": 100, "filter": "name = 'pipeline'"})["experiments"]
+    found = ask(api, "experiments/search", {"max_results": 100, "filter": "name = 'pipeline'"})["experiments"]
     wanted = {"experiment_ids": [found[0]["experiment_id"]], "filter": "tags.model = 'random_forest'"}
-    (run,) = post(f"{api}/runs/search", {**wanted, "max_results": 1, "order_by": ["start_time DESC"]})["runs"]
+    (run,) = ask(api, "runs/search", {**wanted, "max_results": 1, "order_by": ["start_time DESC"]})["runs"]
     value: Any = json.loads((project / "reports/metrics.json").read_text(encoding="utf-8"))
     for key in METRIC.split("."):
         value = value[key]

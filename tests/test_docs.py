@@ -10,8 +10,8 @@ from pyarrow import csv
 
 from tests.calibration.plant import Plant, make_log
 from tests.conftest import ROOT, Background, answers, free_port, run, wait_for
-from tests.flows.test_pipeline import post
 from tests.robots.test_urdf import TWO_JOINTS
+from tests.servers import ask
 
 DOCUMENTS = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 # docs/operation-tree.md has a test of its own, which makes the files that its snippets read.
@@ -98,5 +98,5 @@ def test_the_mlflow_page_opens(
     background.start(snippet.commands[0].removesuffix("&"), reproduced, tmp_path / "mlflow.log")
     wait_for("MLflow page", lambda: answers(f"http://127.0.0.1:{port}/health"), 90)
     assert answers(f"http://127.0.0.1:{port}/")
-    found = post(f"http://127.0.0.1:{port}/api/2.0/mlflow", "experiments/search", {"max_results": 10})
+    found = ask(f"http://127.0.0.1:{port}/api/2.0/mlflow", "experiments/search", {"max_results": 10})
     assert found["experiments"]

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from tests.conftest import free_port, run, wait_for
-from tests.flows.test_pipeline import post
+from tests.servers import ask
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
     assert desk(project, "status").count("runs since") == len(names)
 
     expected = yaml.safe_load((project / "prefect.yaml").read_text(encoding="utf-8"))["deployments"]
-    found = post(f"{api}/api", "deployments/filter", {})
+    found = ask(f"{api}/api", "deployments/filter", {})
     assert {one["name"] for one in found} == {one["name"] for one in expected}
     assert {one["work_pool_name"] for one in found} == {"local"}
     with urllib.request.urlopen(f"{mlflow}/", timeout=30) as page:

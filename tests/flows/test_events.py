@@ -7,7 +7,6 @@ import signal
 import socket
 import sys
 import threading
-import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,8 @@ from pyarrow import csv
 from tests.calibration.plant import Plant, make_log
 from tests.conftest import free_port, run, wait_for
 from tests.flows.test_desk import desk, desk_status, ports, processes  # noqa: F401  ports is a fixture
-from tests.flows.test_pipeline import artifacts, post
 from tests.flows.test_schedule import PATIENCE_S, Runs, below, project  # noqa: F401  project is a fixture
+from tests.servers import artifacts, ask
 
 
 class Receiver(http.server.ThreadingHTTPServer):
@@ -170,12 +169,10 @@ def _clones_with_stages(project: Path) -> set[str]:  # noqa: F811
 
 def _claimed_to_run(runs: Runs, pid: str | None) -> str:
     """A run that the server believes to run; no worker takes it."""
-    (deployment,) = [one for one in post(runs.api, "deployments/filter", {}) if one["name"] == "pipeline-on-demand"]
+    (deployment,) = [one for one in ask(runs.api, "deployments/filter", {}) if one["name"] == "pipeline-on-demand"]
     later = {"type": "SCHEDULED", "state_details": {"scheduled_time": "2100-01-01T00:00:00Z"}}
-    made = post(runs.api, f"deployments/{deployment['id']}/create_flow_run", {"state": later})["id"]
+    made = ask(runs.api, f"deployments/{deployment['id']}/create_flow_run", {"state": later})["id"]
     if pid is not None:
-        change = json.dumps({"infrastructure_pid": pid}).encode()
-        head = {"content-type": "application/json"}
-        urllib.request.urlopen(urllib.request.Request(f"{runs.api}/flow_runs/{made}", change, head, method="PATCH"))
-    post(runs.api, f"flow_runs/{made}/set_state", {"state": {"type": "RUNNING", "name": "Running"}, "force": True})
+        ask(runs.api, f"flow_runs/{made}", {"infrastructure_pid": pid}, "PATCH")
+    ask(runs.api, f"flow_runs/{made}/set_state", {"state": {"type": "RUNNING", "name": "Running"}, "force": True})
     return str(made)

@@ -8,7 +8,7 @@ import pytest
 
 from flows.inbox import EVENT, EVERY_S, SETTLED_S, Watch, tell_server, whole_logs
 from tests.conftest import free_port, wait_for
-from tests.flows.test_pipeline import post
+from tests.servers import ask
 
 
 def write(path: Path, text: str, at_s: int) -> None:
@@ -82,7 +82,7 @@ def test_the_server_is_told(prefect_server: str):
     tell_server(Path("tuesday.csv"))
 
     def events() -> list[str]:
-        found = post(prefect_server, "events/filter", {"filter": {"event": {"name": [EVENT]}}})["events"]
+        found = ask(prefect_server, "events/filter", {"filter": {"event": {"name": [EVENT]}}})["events"]
         return [one["resource"]["prefect.resource.id"] for one in found]
 
     wait_for("the event", lambda: "robojoule.log.tuesday.csv" in events(), 60)

@@ -1,7 +1,6 @@
 """The flow's own behaviour, on a DVC project of three shell stages: outcomes, artifacts, retries, timeout."""
 
 import json
-import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import yaml
 from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names
 from reproduction.tracking.store import data_hash
 from tests.conftest import free_port, wait_for
+from tests.servers import artifacts
 
 STAGES: dict[str, dict[str, Any]] = {
     "build_features": {
@@ -45,19 +45,6 @@ def with_first_command(project: Path, command: str) -> Path:
     stages = {**STAGES, "build_features": {**STAGES["build_features"], "cmd": command}}
     (project / "dvc.yaml").write_text(yaml.safe_dump({"stages": stages}, sort_keys=False), encoding="utf-8")
     return project
-
-
-def post(api: str, path: str, body: dict[str, Any]) -> Any:
-    request = urllib.request.Request(
-        f"{api}/{path}", json.dumps(body).encode(), {"content-type": "application/json"}, method="POST"
-    )
-    with urllib.request.urlopen(request, timeout=30) as reply:
-        return json.load(reply)
-
-
-def artifacts(api: str, key: str) -> list[dict[str, Any]]:
-    """Artifacts of a key, newest first."""
-    return post(api, "artifacts/filter", {"artifacts": {"key": {"any_": [key]}}, "sort": "CREATED_DESC"})
 
 
 def test_stages_run_in_order_and_then_rest(project: Path, prefect_server: str):

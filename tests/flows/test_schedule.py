@@ -19,8 +19,8 @@ import pytest
 from flows.service import answers
 from tests.conftest import ROOT, Background, run, wait_for
 from tests.flows.test_desk import desk, ports, processes  # noqa: F401  ports is a fixture
-from tests.flows.test_pipeline import artifacts, post
 from tests.screens import LARGEST_BYTES, take_mlflow, take_prefect
+from tests.servers import artifacts, ask
 
 PATIENCE_S = 900.0  # for conditions, not a measure of anything: machines may be slow
 
@@ -51,12 +51,12 @@ class Runs:
         return next(word for word in said.replace("/", " ").split() if word.count("-") == 4 and len(word) == 36)
 
     def get(self, identifier: str) -> dict[str, Any]:
-        (found,) = post(self.api, "flow_runs/filter", {"flow_runs": {"id": {"any_": [identifier]}}})
+        (found,) = ask(self.api, "flow_runs/filter", {"flow_runs": {"id": {"any_": [identifier]}}})
         return found
 
     def open(self) -> list[dict[str, Any]]:
         kinds = ["RUNNING", "PENDING", "CANCELLING"]
-        return post(self.api, "flow_runs/filter", {"flow_runs": {"state": {"type": {"any_": kinds}}}})
+        return ask(self.api, "flow_runs/filter", {"flow_runs": {"state": {"type": {"any_": kinds}}}})
 
     def wait(self, identifier: str, *kinds: str) -> dict[str, Any]:
         wait_for(f"{' or '.join(kinds)}", lambda: self.get(identifier)["state"]["type"] in kinds, PATIENCE_S)
@@ -64,7 +64,7 @@ class Runs:
 
     def scheduled(self) -> list[dict[str, Any]]:
         ended = {"state": {"type": {"any_": ["COMPLETED", "FAILED", "CRASHED"]}}}
-        return [one for one in post(self.api, "flow_runs/filter", {"flow_runs": ended}) if one["auto_scheduled"]]
+        return [one for one in ask(self.api, "flow_runs/filter", {"flow_runs": ended}) if one["auto_scheduled"]]
 
 
 def below(project: Path) -> list[psutil.Process]:
@@ -82,7 +82,7 @@ def below(project: Path) -> list[psutil.Process]:
 def test_nights_failures_and_kills(project: Path, ports: dict[str, str], tmp_path: Path):  # noqa: F811
     runs = Runs(ports["PREFECT_SERVER_API_PORT"])
     desk(project, "up")
-    for deployment in post(runs.api, "deployments/filter", {}):
+    for deployment in ask(runs.api, "deployments/filter", {}):
         (step,) = deployment["pull_steps"]
         assert step["prefect.deployments.steps.set_working_directory"]["directory"] == str(project)
 
@@ -186,7 +186,7 @@ def test_the_units_of_systemd_start_and_end_cleanly(
         wait_for(name, lambda ready=is_ready, process=process: ready() or process.poll() is not None, PATIENCE_S)
         assert process.poll() is None, log_of(name)[-500:]
         started.append((name, process, service))
-    assert len(post(f"{health[0].removesuffix('/health')}", "deployments/filter", {})) >= 2
+    assert len(ask(f"{health[0].removesuffix('/health')}", "deployments/filter", {})) >= 2
     for name, process, service in reversed(started):
         assert service["KillMode"] == "mixed"
         children = psutil.Process(process.pid).children(recursive=True)
