@@ -127,6 +127,11 @@ class Machine(Calls):
         del self.events[mark.events :], self.executions[mark.executions :]
         self.carried, self.settings = mark.carried, mark.settings
 
+    def state(self) -> object:
+        """See `Flow`."""
+        frames = self.frames
+        return (self.variables.values.copy(), frames.tool, frames.base, sorted(frames.overwritten), self.carried)
+
     def step(self, line: Line) -> None:
         """One line that opens no block."""
         tree = line.tree

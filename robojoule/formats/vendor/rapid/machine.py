@@ -45,6 +45,10 @@ class Machine(Flow):
         with suppress(Leave):
             self.run_routine(routine)
 
+    def state(self) -> object:
+        """See `Flow`."""
+        return (self.variables.values.copy(), self.setting, self.grip, self.load)
+
     def step(self, one: Statement) -> None:
         """One statement that opens no block."""
         tree = one.tree

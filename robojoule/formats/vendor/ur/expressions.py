@@ -154,7 +154,7 @@ def _called(name: str, node: Node, inner: Evaluate) -> Value:
     if len(poses) == len(values) == 2 and name == "pose_trans":
         return Pose(poses[0] @ poses[1])
     if len(poses) == len(values) == 2 and name == "pose_add":
-        return Pose(Placement(poses[1].rotation @ poses[0].rotation, poses[0].origin_m + poses[1].origin_m))
+        return Pose(Placement(poses[0].rotation @ poses[1].rotation, poses[0].origin_m + poses[1].origin_m))
     if len(poses) == len(values) == 1 and name == "pose_inv":
         return Pose(inverse_of(poses[0]))
     if name == "get_inverse_kin" and values and isinstance(values[0], Pose):
