@@ -64,7 +64,8 @@ def keep_cycle(
         running.note(line, "the first pass of the loop differs from all further ones: these are planned")
     loads = [event for event in events[since : ends[chosen]] if isinstance(event, Load)]
     changing = _changing(events[since:])
-    cycle = [_kept(event) if _statement(event) in changing else event for event in events[ends[chosen] : ends[chosen + 1]]]
+    kept = events[ends[chosen] : ends[chosen + 1]]
+    cycle = [_unchanged(one) if _statement(one) in changing else one for one in kept]
     events[since:] = [*loads, *cycle]
     return since + len(loads)
 
@@ -107,6 +108,6 @@ def _statement(event: Event) -> int | None:
     return event.statement if isinstance(event, Motion) else None
 
 
-def _kept(event: Event) -> Event:
+def _unchanged(event: Event) -> Event:
     assert isinstance(event, Motion)
     return replace(event, speed=replace(event.speed, writable=False))

@@ -167,9 +167,7 @@ class Flow(Running):
         def state() -> object:
             return (self.names.known(), self.tool, self.carried)
 
-        return keep_cycle(
-            self, opened.since, block.head.number, lambda: self._pass(block), state, may_end=may_end
-        )
+        return keep_cycle(self, opened.since, block.head.number, lambda: self._pass(block), state, may_end=may_end)
 
     def _is_cycle(self, block: Block, opened: Open, place: int) -> bool:
         """Whether a loop that nothing known ends is the cycle, not a wait for what ends it."""
