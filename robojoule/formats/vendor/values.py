@@ -38,6 +38,11 @@ class Number:
 Value = Any  # Number, bool, str, mapping of fields, or UNKNOWN
 
 
+def unplaced(value: Value) -> Value:
+    """A value as a variable holds it: whoever changes a number where it stands changes all that uses the variable."""
+    return Number(value.value, None, value.is_whole) if isinstance(value, Number) else value
+
+
 def computed(first: Value, second: Value, rule: Callable[[float, float], float]) -> Value:
     """A sum, product ... of two numbers; unknown where one of them is, or where it cannot be computed."""
     if not (isinstance(first, Number) and isinstance(second, Number)):

@@ -63,3 +63,15 @@ def test_what_is_wished_is_read_again(tmp_path, seed):
     back = written(new, new.tree.with_plan(given, added_waits_after_s=dict.fromkeys(given, 0.0)), tmp_path, "b")
     assert [move.speed_limit_percent for move in back.moves] == list(given.values())
     assert "robojoule" not in back.text
+
+
+def test_a_variable_keeps_its_value_where_it_says_a_speed(tmp_path):
+    """It may be used elsewhere, as in a wait."""
+    text = f"DEF cycle( )\nDECL INT V\nV=60\nPTP {HOME}\ngo(V)\nWAIT SEC V/60\ngo(50)\nEND\n"
+    sub = "DEF go(S:IN)\nINT S\nBAS(#VEL_PTP,S)\nPTP {A1 30}\nPTP {A1 -30}\nEND\n"
+    (tmp_path / "cycle.src").write_text(text.replace("go(50)", "BAS(#VEL_PTP,V)\nPTP {A1 20}") + sub)
+    program = load_program(tmp_path / "cycle.src")
+    tree = program.tree.with_plan({move.name: 40.0 for move in program.moves})
+    new = written(program, tree, tmp_path, "slow.src")
+    assert "\nV=60\n" in new.source.program.sources[0].text and "go(V)" in new.source.program.sources[0].text
+    assert [move.speed_limit_percent for move in new.moves] == [40.0, 40.0, 40.0]

@@ -41,6 +41,10 @@ class Flow(Running, ABC):
         """What is known of registers and frames, to compare passes of a loop."""
 
     @abstractmethod
+    def wait(self, one: Instruction, tree: Node, announced: Instruction | None) -> None:
+        """A WAIT, and the remark before it if that says that a plan has added it."""
+
+    @abstractmethod
     def forget_all(self, one: Instruction, body: Sequence[Instruction | Block]) -> None:
         """What instructions set that run or not, nobody knows; `one` decides."""
 
@@ -75,9 +79,7 @@ class Flow(Running, ABC):
                     self.unknown(one.line.number, f"{short(one.code)} leads nowhere")
                     return None
                 if target <= at and target not in self.starts:
-                    self.unknown(
-                        one.line.number, f"{short(one.code)} leads back to where it was not: it is not followed"
-                    )
+                    self.unknown(one.line.number, f"{short(one.code)} leads to lines that were jumped over")
                     return None
                 if target <= at:
                     return target
@@ -103,7 +105,7 @@ class Flow(Running, ABC):
         if one.tree is None:
             self._plain(one)
         elif one.kind == "wait":
-            self._wait(one, one.tree, announced)
+            self.wait(one, one.tree, announced)
         elif one.kind == "end":
             raise Leave("program")
         else:

@@ -138,7 +138,8 @@ class Machine(Flow):
 
     # Waits
 
-    def _wait(self, one: Instruction, tree: Node, announced: Instruction | None) -> None:
+    def wait(self, one: Instruction, tree: Node, announced: Instruction | None) -> None:
+        """See `Flow`."""
         tokens = [child.children[0] for child in tree.find_data("item")]
         seconds: float | None = None
         is_added = False

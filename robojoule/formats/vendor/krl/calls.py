@@ -7,15 +7,22 @@ from contextlib import suppress
 
 from lark import Token
 
-from robojoule.formats.vendor.krl.changes import HARMLESS, calls_of, changed_by, handed_over, name_of
+from robojoule.formats.vendor.krl.changes import (
+    HARMLESS,
+    calls_of,
+    changed_by,
+    handed_over,
+    name_of,
+    stops_advance,
+)
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.flow import Flow
 from robojoule.formats.vendor.krl.syntax import Routine, within
 from robojoule.formats.vendor.krl.targets import APO_MODE, Frames
 from robojoule.formats.vendor.lines import Line, Node, short
 from robojoule.formats.vendor.running import Leave, own_names
-from robojoule.formats.vendor.trace import Load
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value
+from robojoule.formats.vendor.trace import Load, Wait
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, unplaced
 from robojoule.robots.robot import Payload
 
 AXES = 6
@@ -32,6 +39,7 @@ class Calls(Flow):
         self.carried: Payload | None = None
         self.sets = 0  # how often the speed of axes was set
         self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
+        self.continues = False  # the line before is a CONTINUE
         self.result: Value = UNKNOWN  # of the function that has run last
 
     def run(self, routine: Routine) -> None:
@@ -54,9 +62,12 @@ class Calls(Flow):
 
     def call_functions(self, line: Line) -> None:
         """See `Flow`."""
+        continued, self.continues = self.continues, line.kind == "continue_"
         for call in calls_of(line):
             if call is not line.tree and name_of(call) not in FUNCTIONS:
                 self.variables.returned[id(call)] = self._called(line, call)
+        if not continued and stops_advance(line):
+            self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
     def call(self, line: Line, tree: Node) -> None:
         """A line that is a call."""
@@ -86,7 +97,7 @@ class Calls(Flow):
                 self.forget(root, line)
             return UNKNOWN
         values = self.variables.values
-        given = [value_of(node, line, self.variables) for node in arguments]
+        given = [unplaced(value_of(node, line, self.variables)) for node in arguments]
         parameters = list(zip(routine.parameters, routine.modes, arguments, given, strict=False))
         with own_names(values, routine.own):
             values.update({name: value for name, _, _, value in parameters})

@@ -19,6 +19,7 @@ HARMLESS |= {"STRTOREAL", "SREAD", "COPEN", "CCLOSE", "CREAD", "CIOCTL", "GETVAR
 HARMLESS |= {"SET_KRLMSG", "EXISTS_KRLMSG", "GET_KRLMSG", "SET_KRLDLG", "EXISTS_KRLDLG", "GETSYSSTATE", "MSGDIALOG"}
 MOTIONS = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"}
 MOTIONS |= {"SPTP_REL", "SLIN_REL", "SCIRC_REL"}
+_PERIPHERY = {"$IN", "$OUT", "$ANIN", "$ANOUT", "$DIGIN", "$AXIS_ACT", "$POS_ACT"}
 _FRAMES = ("$TOOL", "$BASE")
 # What BAS sets, the routine of the controller, by its first argument.
 _SET_BY_BAS: dict[str, tuple[str, ...]] = {
@@ -47,6 +48,14 @@ def calls_of(line: Line) -> Iterator[Node]:
             yield node
 
 
+def stops_advance(line: Line) -> bool:
+    """Whether a line, without CONTINUE before it, stops the advance run, and so the robot: by inputs or outputs."""
+    if line.tree is None or line.kind in ("motion", "spline", "declaration"):
+        return False
+    names = {root_of(node) for node in line.tree.find_data("ref")}
+    return not names.isdisjoint(_PERIPHERY) or any(name_of(call) == "PULSE" for call in calls_of(line))
+
+
 def name_of(call: Node) -> str:
     """The name of the routine that is called, in capitals."""
     return str(call.children[0]).upper()
@@ -70,8 +79,6 @@ def _set_by(line: Line, routines: Mapping[str, Routine]) -> Iterator[str]:
         return
     if line.kind in ("assignment", "for_") and isinstance(line.tree.children[0], Tree):
         yield root_of(line.tree.children[0])
-    for call in line.tree.find_data("call"):
-        yield from {"STOOL2": ("$TOOL",), "SBASE": ("$BASE",)}.get(name_of(call), ())
     for call in calls_of(line):
         name, arguments = name_of(call), arguments_of(call)
         if name == "BAS":

@@ -113,10 +113,14 @@ class Flow(Running, ABC):
         if step == 0.0:
             self._skip(block)
             return
-        value = first
-        while (value <= last) if step > 0.0 else (value >= last):
+        value: float | None = first
+        while value is not None and ((value <= last) if step > 0.0 else (value >= last)):
             self.variables.set(path, Number(value, None, value.is_integer()))
             if not self._inner_pass(block):
+                return
+            value = number(self.variables.get(path))  # lines within may have set it
+            if value is None:
+                self._skip(block)
                 return
             value += step
         self.variables.forget(root_of(target))  # what a controller leaves in the counter is not published
@@ -154,16 +158,17 @@ class Flow(Running, ABC):
         """A loop without end: one pass of it is the cycle, unless it is known to be left."""
         start, line = self.mark(), block.head.number
         since, outer = len(self.events), self.may_have_left
-        place: int | None = since
+        place = since
         self.may_have_left = False
         self.loops += 1
         try:
             if not self._pass(block):
                 return
             may_end = leaves_loop(block.body) and not self.may_have_left
-            place = keep_cycle(self, since, line, lambda: self._pass(block), self.state, may_end=may_end)
-            if place is None:
+            found = keep_cycle(self, since, line, lambda: self._pass(block), self.state, may_end=may_end)
+            if found is None:
                 return
+            place = found
             may_have_left = self.may_have_left
         except Leave as leave:
             if leave.what != "goto":

@@ -140,6 +140,19 @@ def declared_by(tree: Node) -> str:
     return [str(child) for child in tree.children if isinstance(child, Token)][-1].upper()
 
 
+def shared_by(one: Statement) -> str:
+    """The name in capitals of the PERS data that a statement declares and other modules may change; else empty.
+
+    Those of tools, work objects and loads are always PERS, and calibrated rather than changed.
+    """
+    if one.kind != "declaration" or one.tree is None:
+        return ""
+    storage, kind, *_ = (str(child).upper() for child in one.tree.children if isinstance(child, Token))
+    is_local = "LOCAL" in one.code.upper().split()
+    is_shared = storage == "PERS" and not is_local and kind not in ("TOOLDATA", "WOBJDATA", "LOADDATA")
+    return declared_by(one.tree) if is_shared else ""
+
+
 def functions_in(tree: Node | Token) -> list[str]:
     """Names in capitals of the functions that an expression or a statement calls, in their order."""
     if isinstance(tree, Token):

@@ -46,10 +46,12 @@ class Variables:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = predefined()
+        self.read: set[str] = set()  # names whose values were asked for
 
     def get(self, path: Path) -> Value:
         """The value at a path of a name, components and numbers from 1 on."""
         name, *inner = path
+        self.read.add(str(name))
         value = self.values.get(str(name), UNKNOWN)
         for part in inner:
             place = _place(part, value)
