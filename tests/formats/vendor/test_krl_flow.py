@@ -331,3 +331,23 @@ def test_a_for_goes_on_with_the_counter_that_its_lines_set(tmp_path):
     assert axes(traced(tmp_path, "DECL INT I\nFOR I=1 TO 4\nPTP {A1 I}\nI=I+1\nENDFOR")[0]) == [1, 3]
     found, _ = traced(tmp_path, f"DECL INT I\nFOR I=1 TO 4\n{go(1)}I=ELSEWHERE\nENDFOR\n{go(2)}")
     assert kinds(found) == [Motion, Unknown, Motion]
+
+
+@pytest.mark.parametrize(
+    "line", ["TRIGGER WHEN DISTANCE=0 DELAY=0 DO I=1", "TRIGGER WHEN PATH=5 DELAY=0 DO sub() PRIO=-1"]
+)
+def test_what_a_trigger_sets_is_not_known_behind_it(tmp_path, line):
+    text = f"DEF main( )\nI=0\nIF I==0 THEN\n{go(1)}ENDIF\n{line}\n{go(2)}IF I==0 THEN\n{go(3)}ENDIF{SUB}I=1\nEND\n"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion, Motion, Unknown]
+
+
+def test_what_an_interrupt_sets_is_never_known_and_its_motions_are_told(tmp_path):
+    text = f"DEF main( )\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO sub()\nI=0\n{go(1)}IF I==0 THEN\n{go(3)}ENDIF"
+    found, notes = traced(tmp_path, f"{text}{SUB}I=1\n{go(4)}END\n")
+    assert kinds(found) == [Motion, Unknown]
+    assert any("line 2: what the interrupt runs may move the robot" in note for note in notes)
+
+
+def test_the_interrupt_of_every_controller_needs_no_note(tmp_path):
+    lines = "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nINTERRUPT ON 3\n"
+    assert traced(tmp_path, f"{lines}{go(1)}")[1] == []

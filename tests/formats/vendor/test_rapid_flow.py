@@ -173,3 +173,11 @@ def test_places_of_the_tool_that_are_displaced_are_not_known(tmp_path, setting):
 def test_pers_data_that_others_may_change_are_told(tmp_path, declared, is_told):
     _, notes = events(tmp_path, f"IF k=0 THEN\n{HOME}\nENDIF\n{ONE}", data=f"{DATA}  {declared}\n")
     assert any("other modules and tasks may change them" in str(note) for note in notes) is is_told
+
+
+def test_what_a_trap_sets_is_never_known_and_its_motions_are_told(tmp_path):
+    trap = f"TRAP stopped\nn:=1;\n{ONE}\nENDTRAP\n"
+    body = f"CONNECT i WITH stopped;\nn:=0;\n{HOME}\nWHILE n=0 DO\n{TWO}\nENDWHILE"
+    found, notes = events(tmp_path, body, more=trap, data=STATE)
+    assert order(found) == "e?"
+    assert any("STOPPED, which an interrupt runs, may move the robot" in note for note in notes)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.calls import AXES, Calls
-from robojoule.formats.vendor.krl.changes import MOTIONS, changed_by
+from robojoule.formats.vendor.krl.changes import MOTIONS, changed_by, may_move
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, Routine, within
+from robojoule.formats.vendor.krl.syntax import Block, Routine, action_of, within
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
     Frames,
@@ -175,11 +175,25 @@ class Machine(Calls):
                     line.number, f"{name} is reached from several places: the robot's position is not known behind it"
                 )
 
+    def _beside(self, line: Line, word: str) -> None:
+        """What a TRIGGER does on the way of a motion, or an INTERRUPT at any time."""
+        action = action_of(line)
+        sets = changed_by([action], self.routines)
+        for root in sorted(sets):
+            self.forget(root, line)
+        if word != "TRIGGER":
+            self.variables.changing |= sets
+            if may_move([action], self.routines, self.still):
+                text = f"what the interrupt runs may move the robot: that is no part of the cycle ({action.code})"
+                self.note(line.number, text)
+
     def _not_understood(self, line: Line) -> None:
-        word = first_word(line.code).upper()
-        if word in MOTIONS:
+        word = first_word(line.code.upper().removeprefix("GLOBAL ")).upper()
+        if word in ("INTERRUPT", "TRIGGER"):
+            self._beside(line, word)
+        elif word in MOTIONS:
             self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
-        elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
+        elif word not in ("EXT", "EXTFCT", "GLOBAL", "SIGNAL", "ENUM", "STRUC", "IMPORT"):
             self.note(line.number, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions

@@ -47,12 +47,13 @@ class Variables:
     def __init__(self) -> None:
         self.values: dict[str, Value] = predefined()
         self.read: set[str] = set()  # names whose values were asked for
+        self.changing: set[str] = set()  # names whose values may change at any time
 
     def get(self, path: Path) -> Value:
         """The value at a path of a name, components and numbers from 1 on."""
         name, *inner = path
         self.read.add(str(name))
-        value = self.values.get(str(name), UNKNOWN)
+        value: Value = UNKNOWN if name in self.changing else self.values.get(str(name), UNKNOWN)
         for part in inner:
             place = _place(part, value)
             if place is None:

@@ -24,7 +24,7 @@ class Flow(Running):
 
     def __init__(self, routines: Sequence[Routine], beside: Beside) -> None:
         super().__init__()
-        self.routines = {routine.name: routine for routine in routines}
+        self.routines = {routine.name: routine for routine in routines if not routine.is_trap}
         self.beside = beside
         self.search = Search(self.routines, beside.still)
         self.variables = Variables()

@@ -9,7 +9,7 @@ from lark import Tree
 
 from robojoule.formats.vendor.lines import flaw_of, short
 from robojoule.formats.vendor.rapid.data import payload_of, tool_of
-from robojoule.formats.vendor.rapid.effects import declared_by, given_to, is_return, shared_by
+from robojoule.formats.vendor.rapid.effects import declared_by, given_to, is_return, own_names_of, shared_by
 from robojoule.formats.vendor.rapid.expressions import arguments_of, path_of, value_of
 from robojoule.formats.vendor.rapid.flow import Flow
 from robojoule.formats.vendor.rapid.instructions import CHANGING, HARMLESS, NOT_SIMULATED, SETTINGS, WAITS
@@ -41,6 +41,12 @@ class Machine(Flow):
                 self.step(one)
         self.shared = {name: one.line for one in data if (name := shared_by(one))}
         self.variables.read.clear()
+        for trap in (one for one in routines if one.is_trap):
+            effects = self.search.of(within(trap.body))
+            self.variables.changing |= effects.sets - own_names_of(trap)
+            if effects.moves:
+                text = f"{trap.name}, which an interrupt runs, may move the robot: that is no part of the cycle"
+                self.note(trap.line, text)
 
     def run(self, routine: Routine) -> None:
         """Run a program from the beginning of its main procedure."""

@@ -24,7 +24,7 @@ class RapidProgram:
         self.sources = (source,)
         self.statements = statements(source)
         self.routines, self.data = routines(self.statements)
-        self.procedures = [one for one in self.routines if not one.is_function]
+        self.procedures = [one for one in self.routines if not (one.is_function or one.is_trap)]
         if not self.procedures:
             allowed = "a module with PROC main, or with one procedure at least"
             raise InputError("the file has no procedure", file=source.path, allowed=allowed)
