@@ -217,6 +217,12 @@ def _degrees(radians: float) -> str:
     return f"{float(np.degrees(radians)):.12f}".rstrip("0").rstrip(".")
 
 
+def decimal(value: float) -> str:
+    """A number with at most six decimals, and one at least."""
+    text = plain(value)
+    return text if "." in text else f"{text}.0"
+
+
 def plain(value: float, digits: int = 6) -> str:
     """A number without what it does not need."""
     return f"{value:.{digits}f}".rstrip("0").rstrip(".") or "0"

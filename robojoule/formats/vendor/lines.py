@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from lark import Token, Tree
 
-from robojoule.formats.vendor.text import SourceText, Span, lines_of
+from robojoule.formats.vendor.text import Edit, SourceText, Span, lines_of
 
 Node = Tree[Token]
 
@@ -89,6 +89,12 @@ def _comment_start(text: str, sign: str) -> int:
         elif letter == sign and not quoted:
             return place
     return len(text)
+
+
+def behind(line: Line, text: str, line_end: str) -> Edit:
+    """A further line behind a line; the last one of a file may have no end."""
+    is_cut = line.end == line.start + len(line.text)
+    return Edit(Span(line.end, line.end, line.file), f"{line_end}{text}" if is_cut else f"{text}{line_end}")
 
 
 def first_word(code: str) -> str:

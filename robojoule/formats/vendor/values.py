@@ -56,6 +56,17 @@ def computed(first: Value, second: Value, rule: Callable[[float, float], float])
     return Number(value, None, first.is_whole and second.is_whole)
 
 
+def logic(kind: str, first: Value, second: Value) -> Value:
+    """op_and, op_or or op_xor of two values; a side that is not known does not matter where the other one decides."""
+    if kind == "op_and" and (first is False or second is False):
+        return False
+    if kind == "op_or" and (first is True or second is True):
+        return True
+    if not (isinstance(first, bool) and isinstance(second, bool)):
+        return UNKNOWN
+    return {"op_and": first and second, "op_or": first or second, "op_xor": first is not second}.get(kind, UNKNOWN)
+
+
 def number(value: Value) -> float | None:
     """The number that a value is, if it is one and known."""
     return value.value if isinstance(value, Number) else None

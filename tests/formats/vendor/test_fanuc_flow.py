@@ -74,3 +74,9 @@ def test_a_counter_that_is_set_to_what_nobody_knows_ends_what_is_known(tmp_path)
 def test_an_end_that_may_come_in_a_block_is_told(tmp_path):
     _, notes = traced(tmp_path, [go(1), "IF (DI[1]=ON) THEN", "END", "ENDIF", go(2)])
     assert any("whether the program ends here is not known" in note for note in notes)
+
+
+@pytest.mark.parametrize("lines", [[go(1), "SPOT[SD=1,P=2,t=3.0]", go(2)], [go(1, " SPOT[1]"), go(2)]])
+def test_the_time_of_a_spot_weld_is_told_not_to_be_counted(tmp_path, lines):
+    events, notes = traced(tmp_path, lines)
+    assert order(events) == "12" and any("spot weld is not in the file" in note for note in notes)

@@ -21,6 +21,7 @@ from robojoule.formats.vendor.trace import Beside, JointTarget, Load, Motion, Po
 
 _TOOL_M_S = {"mm/sec": 1e-3, "cm/min": 1e-2 / 60.0, "inch/min": 0.0254 / 60.0}
 _SECONDS = {"sec": 1.0, "msec": 1e-3}
+_SPOT = "the time of the spot weld is not in the file: it is not counted"
 _MODAL = {"OVERRIDE": "speeds of the program are shares of it", "JOINT_MAX_SPEED": "it bounds speeds"}
 
 
@@ -93,6 +94,8 @@ class Machine(Flow):
                 tool=self.frames.tool_of(self._position(points[-1])),
             )
         )
+        if any(word.startswith("SPOT[") for word in words):
+            self.note(one.line.number, _SPOT)
         self.forget_all(one, [one])  # by what it calls on its way
         if "SKIP" in words:
             self.unknown(one.line.number, f"the motion to {label} may be skipped")
@@ -208,6 +211,8 @@ class Machine(Flow):
         if first.upper().startswith("PAYLOAD["):
             number = self.registers.whole(inside(first))
             self.events.append(Load(one.line.number, self.beside.payloads.get(str(number)), short(one.code)))
+        elif first.upper().startswith("SPOT["):
+            self.note(one.line.number, _SPOT)
         elif may_be_macro(one) and " ".join(one.code.upper().split()) not in self.beside.still:
             self.unknown(one.line.number, f"it may be a macro that moves the robot: {short(one.code)}", may_stand=True)
 

@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.composing import plain
+from robojoule.formats.vendor.composing import decimal, plain
 from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in, spline_folds
 from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
 from robojoule.formats.vendor.krl.syntax import read_lines, routines, spline_blocks
 from robojoule.formats.vendor.krl.targets import Frames
-from robojoule.formats.vendor.lines import Line
+from robojoule.formats.vendor.lines import Line, behind
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
 from robojoule.formats.vendor.trace import Beside, Event, Motion, Trace, Wish
 
@@ -183,14 +183,8 @@ class KrlProgram:
         edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{plain(percent)}){end}")]
         before = setting.percent
         if self._is_set_back(statement) and before is not None:
-            edits.append(self._behind(last, f"{line.indent}BAS(#VEL_PTP,{plain(before)})"))
+            edits.append(behind(last, f"{line.indent}BAS(#VEL_PTP,{plain(before)})", end))
         return edits
-
-    def _behind(self, line: Line, text: str) -> Edit:
-        """A further line behind a line; the last one of a file may have no end."""
-        end = self.sources[0].line_end
-        is_cut = line.end == line.start + len(line.text)
-        return Edit(Span(line.end, line.end), f"{end}{text}" if is_cut else f"{text}{end}")
 
     def _told_speeds(self, statement: int) -> list[Span]:
         fold = self._folds.get(statement)
@@ -222,12 +216,11 @@ class KrlProgram:
         text = f"{first.indent}WAIT SEC {self.wait_text(seconds)} {ADDED}: wait added by a plan"
         if before:
             return Edit(Span(first.start, first.start), f"{text}{source.line_end}")
-        return self._behind(last, text)
+        return behind(last, text, source.line_end)
 
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        whole, _, part = f"{seconds:.6f}".rstrip("0").partition(".")
-        return f"{whole}.{part or '0'}"
+        return decimal(seconds)
 
     def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
         """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
