@@ -102,6 +102,11 @@ def first_word(code: str) -> str:
     return next(iter(code.replace("(", " ( ").split()), "")
 
 
+def words_of(code: str) -> list[str]:
+    """Names and other words in code, wherever they stand."""
+    return "".join(letter if letter.isalnum() or letter in "_$" else " " for letter in code).split()
+
+
 def short(code: str) -> str:
     """Code as messages show it."""
     text = " ".join(code.split())

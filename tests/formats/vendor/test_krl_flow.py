@@ -345,9 +345,14 @@ def test_what_an_interrupt_sets_is_never_known_and_its_motions_are_told(tmp_path
     text = f"DEF main( )\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO sub()\nI=0\n{go(1)}IF I==0 THEN\n{go(3)}ENDIF"
     found, notes = traced(tmp_path, f"{text}{SUB}I=1\n{go(4)}END\n")
     assert kinds(found) == [Motion, Unknown]
-    assert any("line 2: what the interrupt runs may move the robot" in note for note in notes)
+    assert any("line 2: the interrupt may move the robot" in note for note in notes)
 
 
 def test_the_interrupt_of_every_controller_needs_no_note(tmp_path):
     lines = "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nINTERRUPT ON 3\n"
     assert traced(tmp_path, f"{lines}{go(1)}")[1] == []
+
+
+def test_what_a_line_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    text = f"R=1\nS=1\n{go(1)}ANIN ON R=1.0*$ANIN[1]\nIF S==1 THEN\n{go(2)}ENDIF\nIF R==1 THEN\n{go(3)}ENDIF"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion, Motion, Unknown]

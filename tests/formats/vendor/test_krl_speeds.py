@@ -75,3 +75,29 @@ def test_a_variable_keeps_its_value_where_it_says_a_speed(tmp_path):
     new = written(program, tree, tmp_path, "slow.src")
     assert "\nV=60\n" in new.source.program.sources[0].text and "go(V)" in new.source.program.sources[0].text
     assert [move.speed_limit_percent for move in new.moves] == [40.0, 40.0, 40.0]
+
+
+AXES = "".join(f"$VEL_AXIS[{axis}]=30\n" for axis in range(1, 7))
+A, B = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\n", "PTP {A1 30}\n"
+
+
+@pytest.mark.parametrize(
+    "between", ["$VEL_AXIS[7]=10\n", "$VEL_AXIS[1]=30\n", "FOR I=1 TO 3\n$VEL_AXIS[I]=30\nENDFOR\n"]
+)
+def test_speeds_of_single_axes_leave_those_of_the_others(tmp_path, between):
+    """What a plan writes for the motion before them does not reach the motion behind them."""
+    (tmp_path / "cycle.src").write_text(f"DEF cycle( )\n{A}{AXES}{B}{between}{A}END\n")
+    program = load_program(tmp_path / "cycle.src")
+    first, _ = program.moves
+    new = written(program, program.tree.with_plan({first.name: 20.0}), tmp_path, "slow.src")
+    assert [move.speed_limit_percent for move in new.moves] == [20.0, 30.0]
+
+
+def test_a_motion_whose_axes_differ_keeps_all_their_speeds(tmp_path):
+    loops = "FOR I=1 TO 6\n$VEL_AXIS[I]=30\nENDFOR\n", "FOR I=1 TO 3\n$VEL_AXIS[I]=50\nENDFOR\n"
+    (tmp_path / "cycle.src").write_text(f"DEF cycle( )\n{A}{loops[0]}{B}{loops[1]}{A}END\n")
+    program = load_program(tmp_path / "cycle.src")
+    first, second = program.moves
+    assert second.fixed
+    new = written(program, program.tree.with_plan({first.name: 20.0}), tmp_path, "slow.src")
+    assert [move.speed_limit_percent for move in new.moves] == [20.0, 30.0]

@@ -180,4 +180,11 @@ def test_what_a_trap_sets_is_never_known_and_its_motions_are_told(tmp_path):
     body = f"CONNECT i WITH stopped;\nn:=0;\n{HOME}\nWHILE n=0 DO\n{TWO}\nENDWHILE"
     found, notes = events(tmp_path, body, more=trap, data=STATE)
     assert order(found) == "e?"
-    assert any("STOPPED, which an interrupt runs, may move the robot" in note for note in notes)
+    assert any("the trap STOPPED may move the robot" in note for note in notes)
+
+
+def test_what_a_statement_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    body = f"n:=0;\n{HOME}\nn ++ v1000;\n{ONE}\nIF n=0 THEN\n{TWO}\nENDIF"
+    found, _ = events(tmp_path, body, data=STATE)
+    assert order(found) == "e?1"
+    assert motions(found)[-1].speed.tool_m_s == 1.0  # nothing changes v1000

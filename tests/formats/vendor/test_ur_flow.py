@@ -193,3 +193,8 @@ def test_pose_add_adds_positions_and_turns_the_first_by_the_second_in_its_own_ax
     assert np.allclose(target.position_m, (2, 3, 4))
     about_x, about_y = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     assert np.allclose(target.rotation, about_x @ about_y, atol=1e-12)
+
+
+def test_what_a_line_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    body = f"x=1\ny=1\nmovej({A})\nx+=1\nif y==1:\n  movej({B})\nend\nif x==1:\n  movej({C})\nend\n"
+    assert order(traced(tmp_path, body)[0]) == "AB?"

@@ -38,6 +38,8 @@ class Calls(Flow):
         self.still = frames.beside.still
         self.carried: Payload | None = None
         self.sets = 0  # how often the speed of axes was set
+        self.executed = 0  # how many joint motions have run
+        self.set_before = [0] * AXES  # how many of them had when the speed of each axis was set
         self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
         self.continues = False  # the line before is a CONTINUE
         self.result: Value = UNKNOWN  # of the function that has run last
@@ -144,6 +146,14 @@ class Calls(Flow):
         self.sets += 1
         for axis in range(1, AXES + 1):
             self.variables.values[f"$VEL_AXIS[{axis}]"] = value
+        self.set_before = [self.executed] * AXES
+
+    def set_axis(self, root: str) -> None:
+        """The speed of one axis was set; those of external axes do not count."""
+        for axis in range(1, AXES + 1):
+            if root == f"$VEL_AXIS[{axis}]":
+                self.sets += 1
+                self.set_before[axis - 1] = self.executed
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""

@@ -8,7 +8,7 @@ from lark import Tree
 
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, root_of
 from robojoule.formats.vendor.krl.syntax import Routine, within
-from robojoule.formats.vendor.lines import Line, Node, first_word
+from robojoule.formats.vendor.lines import Line, Node, first_word, words_of
 
 # Routines and functions of the controller that move nothing.
 HARMLESS = {"SET_CD_PARAMS", "USE_CM_PRO_VALUES", "MSGNOTIFY", "MSGSTATE", "MSGQUIT", "PULSE", "ANIN", "CLEAR_KRLMSG"}
@@ -19,6 +19,8 @@ HARMLESS |= {"STRTOREAL", "SREAD", "COPEN", "CCLOSE", "CREAD", "CIOCTL", "GETVAR
 HARMLESS |= {"SET_KRLMSG", "EXISTS_KRLMSG", "GET_KRLMSG", "SET_KRLDLG", "EXISTS_KRLDLG", "GETSYSSTATE", "MSGDIALOG"}
 MOTIONS = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"}
 MOTIONS |= {"SPTP_REL", "SLIN_REL", "SCIRC_REL"}
+# First words of lines of which nothing is understood, and which set nothing in their place.
+_SETS_NOTHING = {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC", "IMPORT", "GLOBAL", "INTERRUPT", "TRIGGER"}
 _PERIPHERY = {"$IN", "$OUT", "$ANIN", "$ANOUT", "$DIGIN", "$AXIS_ACT", "$POS_ACT"}
 _FRAMES = ("$TOOL", "$BASE")
 # What BAS sets, the routine of the controller, by its first argument.
@@ -76,6 +78,8 @@ def changed_by(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozen
 
 def _set_by(line: Line, routines: Mapping[str, Routine]) -> Iterator[str]:
     if line.tree is None:
+        named = words_of(line.code.upper())
+        yield from named if named and named[0] not in _SETS_NOTHING | MOTIONS else ()
         return
     if line.kind in ("assignment", "for_") and isinstance(line.tree.children[0], Tree):
         yield root_of(line.tree.children[0])

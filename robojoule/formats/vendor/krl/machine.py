@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.calls import AXES, Calls
 from robojoule.formats.vendor.krl.changes import MOTIONS, changed_by, may_move
+from robojoule.formats.vendor.krl.executions import Executed, Mark, Setting, Spline
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, Routine, action_of, within
 from robojoule.formats.vendor.krl.targets import (
@@ -27,7 +28,6 @@ from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Blend, Motion, PoseTarget, Wait
 from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number, unplaced
 from robojoule.formats.vendor.zones import ASSUMED_BLEND
-from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
 _FULL_PERCENT = 100.0
@@ -40,63 +40,6 @@ NOT_SIMULATED = {
     "$GEAR_JERK": "the jerk is that of the robot",
     "$RED_VEL": "speeds are those that the program gives",
 }
-
-
-@dataclass
-class Setting:
-    """How the speed of one motion statement is set.
-
-    Attributes:
-        line: Its line.
-        percent: The speed that counted; None: it is not known. [%]
-        data: Where the velocity of its motion data stands, if it has any.
-    """
-
-    line: Line
-    percent: float | None
-    data: set[Number] = field(default_factory=set)
-
-
-@dataclass(frozen=True)
-class Executed:
-    """One execution of a joint motion.
-
-    Attributes:
-        statement: First character of its statement.
-        set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
-        origin: Where that speed stands as a number; None: nowhere.
-        percent: That speed; None: it is not known. [%]
-    """
-
-    statement: int
-    set_by: int
-    origin: Span | None
-    percent: float | None
-
-
-@dataclass(frozen=True)
-class Mark:
-    """How far a program has been run: how many events and executions there are, and what was known then."""
-
-    events: int
-    executions: int
-    carried: Payload | None
-    settings: dict[int, Setting]
-
-
-@dataclass(frozen=True)
-class Spline:
-    """A block of motions without a stop between them, as it runs.
-
-    Attributes:
-        block: The block.
-        last: First character of its last motion.
-        told: What its head sets for all of its motions.
-    """
-
-    block: Block
-    last: int
-    told: Mapping[str, Value]
 
 
 class Machine(Calls):
@@ -184,11 +127,13 @@ class Machine(Calls):
         if word != "TRIGGER":
             self.variables.changing |= sets
             if may_move([action], self.routines, self.still):
-                text = f"what the interrupt runs may move the robot: that is no part of the cycle ({action.code})"
+                text = f"the interrupt may move the robot, apart from the cycle: {action.code}"
                 self.note(line.number, text)
 
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code.upper().removeprefix("GLOBAL ")).upper()
+        for root in sorted(changed_by([line], self.routines)):
+            self.forget(root, line)
         if word in ("INTERRUPT", "TRIGGER"):
             self._beside(line, word)
         elif word in MOTIONS:
@@ -236,7 +181,11 @@ class Machine(Calls):
             setting = self.settings.setdefault(head.code_start, Setting(head, speed.percent))
             setting.percent = speed.percent
             set_by = -len(self.executions) - 1 if own else self.sets
-            self.executions.append(Executed(head.code_start, set_by, origin, speed.percent))
+            self.executed += 1
+            shared = frozenset(one.origin for one in axes if isinstance(one, Number) and one.origin is not None)
+            is_partly_set = not own and len({*self.set_before}) > 1
+            others = shared if is_partly_set or origin is None else frozenset()
+            self.executions.append(Executed(head.code_start, set_by, origin, speed.percent, others, is_partly_set))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if spline is None and isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
@@ -352,7 +301,7 @@ class Machine(Calls):
         self.variables.set(path, value if root.startswith("$VEL_AXIS[") or len(path) > 1 else unplaced(value))
         if path == ("$APO", "CPTP"):
             self.variables.set(APO_MODE, "")
-        self.sets += root.startswith("$VEL_AXIS[")
+        self.set_axis(root)
         self._note_modal(root, path, value, line)
         if root in ("$TOOL", "$BASE"):
             self._frame(root, expression if len(path) == 1 else target, self.variables.values[root], line)

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.composing import decimal, plain
+from robojoule.formats.vendor.krl.executions import Setting
 from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in, spline_folds
-from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
+from robojoule.formats.vendor.krl.machine import ADDED, Machine
 from robojoule.formats.vendor.krl.syntax import read_lines, routines, spline_blocks
 from robojoule.formats.vendor.krl.targets import Frames
 from robojoule.formats.vendor.lines import Line, behind
@@ -90,6 +91,7 @@ class KrlProgram:
         in_force: dict[int, float | None] = {}
         first: dict[Span, int] = {}
         untouched = {one.origin for one in executions if one.set_by in self._protected}
+        untouched |= {origin for one in executions for origin in one.others}
         for one in executions:
             if one.origin is None or one.origin in untouched:
                 in_force.setdefault(one.set_by, one.percent)
@@ -138,10 +140,16 @@ class KrlProgram:
         assert self._machine is not None
         found = set()
         for one in self._machine.executions:
-            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin))
+            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin) and not self._is_partly_set)
             if one.statement in self._changing or (self._has_bystanders and not own):
                 found.add(one.set_by)
         return frozenset(found)
+
+    @cached_property
+    def _is_partly_set(self) -> bool:
+        """Whether some motion has speeds of single axes from before another one, where these must stay."""
+        assert self._machine is not None
+        return any(one.is_partly_set for one in self._machine.executions)
 
     def _is_set_back(self, statement: int) -> bool:
         """Whether a line that sets a motion's speed is followed by one that sets it back."""
@@ -155,7 +163,7 @@ class KrlProgram:
         They may stand in this file, or in programs of other files that it calls.
         """
         assert self._machine is not None
-        if self._machine.calls_elsewhere:
+        if self._machine.calls_elsewhere or self._is_partly_set:
             return True
         ran = self._machine.settings.keys() | self._machine.splined
         others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 from lark import Token, Tree
 
+from robojoule.formats.vendor.lines import words_of
 from robojoule.formats.vendor.rapid.expressions import arguments_of
 from robojoule.formats.vendor.rapid.instructions import CHANGING, FUNCTIONS, HARMLESS, SETTINGS, WAITS
+from robojoule.formats.vendor.rapid.motions import FORMS
 from robojoule.formats.vendor.rapid.syntax import Node, Routine, Statement, within
 
 
@@ -65,6 +67,8 @@ class Search:
         for one in statements:
             if one.tree is None:
                 found.moves = True
+                words = words_of(one.code.upper())
+                found.sets |= set() if words and words[0] in FORMS else set(words)
             else:
                 self._look(one, one.tree, found)
         return found

@@ -46,6 +46,7 @@ class Variables:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = predefined()
+        self.fixed = set(self.values)  # names whose values nothing changes
         self.read: set[str] = set()  # names whose values were asked for
         self.changing: set[str] = set()  # names whose values may change at any time
 
@@ -68,7 +69,8 @@ class Variables:
 
     def forget(self, name: str) -> None:
         """The value of a name is not known any more."""
-        self.values[name.upper()] = UNKNOWN
+        if name.upper() not in self.fixed:
+            self.values[name.upper()] = UNKNOWN
 
 
 def _place(part: str | int, value: Value) -> int | None:

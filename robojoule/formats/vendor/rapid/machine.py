@@ -37,15 +37,17 @@ class Machine(Flow):
         self.load: Payload | None = None
         self.is_carried_known = True
         for one in data:
-            if one.kind == "declaration":
+            if one.kind == "declaration" and one.tree is not None:
                 self.step(one)
+                name, is_constant = declared_by(one.tree), "CONST" in one.code.upper().split()
+                (self.variables.fixed.add if is_constant else self.variables.fixed.discard)(name)
         self.shared = {name: one.line for one in data if (name := shared_by(one))}
         self.variables.read.clear()
         for trap in (one for one in routines if one.is_trap):
             effects = self.search.of(within(trap.body))
             self.variables.changing |= effects.sets - own_names_of(trap)
             if effects.moves:
-                text = f"{trap.name}, which an interrupt runs, may move the robot: that is no part of the cycle"
+                text = f"the trap {trap.name} may move the robot, apart from the cycle"
                 self.note(trap.line, text)
 
     def run(self, routine: Routine) -> None:
@@ -65,6 +67,7 @@ class Machine(Flow):
         tree = one.tree
         if tree is None:
             text = f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}"
+            self.forget(one, self.search.of([one]))
             self.unknown(one.line, text, may_stand=True)
             return
         if one.kind == "compact_if":
