@@ -63,7 +63,7 @@ def keep_cycle(
     elif chosen:
         running.note(line, "the first pass of the loop differs from all further ones: these are planned")
     loads = [event for event in events[since : ends[chosen]] if isinstance(event, Load)]
-    changing = _changing(events[since:])
+    changing = _changing(events)  # those before the loop, too
     kept = events[ends[chosen] : ends[chosen + 1]]
     cycle = [_unchanged(one) if _statement(one) in changing else one for one in kept]
     events[since:] = [*loads, *cycle]

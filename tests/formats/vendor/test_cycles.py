@@ -159,3 +159,9 @@ STOPS = {
 def test_a_loop_whose_end_is_known_not_to_come_is_the_cycle(tmp_path, name):
     program = STOPS[name](tmp_path)
     assert len(program.moves) == 2 and not any("loop" in note for note in program.notes)
+
+
+def test_a_motion_that_ran_slower_before_the_loop_keeps_its_speeds(tmp_path):
+    functions = f"def go(speed):\n{ur('B', ',v=speed')}{ur('A', ',v=0.4')}end\n"
+    program = in_ur(tmp_path, f"{functions}{ur('A')}go(0.2)\n", "go(0.9)\n")
+    assert [move.fixed for move in program.moves] == [True, False]
