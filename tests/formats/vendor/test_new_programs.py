@@ -175,3 +175,18 @@ def test_a_way_that_the_new_program_does_not_go_is_told(tmp_path):
     lost = "\n".join(compose_krl(tree, None, "cycle").lost)
     assert "along a path of the tool, is a joint motion" in lost
     assert "is a remark: the robot does not go to where it ends" in lost
+
+
+def test_positions_far_beyond_all_limits_are_refused_at_once(tmp_path):
+    """Simulating the way there would not end."""
+    robot = load_robot("kuka_kr16_r2010_2")
+    far = "[[0,7E9,90,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    lines = f"MoveAbsJ {far},v1000,fine,tool0;\nMoveAbsJ {far.replace('90', '80')},v1000,fine,tool0;\n"
+    (tmp_path / "far.mod").write_text(f"MODULE m\nPROC main()\n{lines}ENDPROC\nENDMODULE\n")
+    with pytest.raises(InputError, match=r"7e\+09 degrees are beyond the limits of any joint"):
+        load_program(tmp_path / "far.mod", robot)
+    start = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    moves = [{"type": "move", "name": "a", "target_rad": [0.0, 1e8, 1.0, 0.0, 0.0, 0.0]}]
+    one = OperationTree.model_validate({**tree().model_dump(), "start_rad": start, "operations": moves})
+    with pytest.raises(InputError, match="limit"):
+        created(tmp_path, ".mod", robot, one)
