@@ -184,7 +184,7 @@ def test_what_a_trap_sets_is_never_known_and_its_motions_are_told(tmp_path):
 
 
 def test_what_a_statement_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
-    body = f"n:=0;\n{HOME}\nn ++ v1000;\n{ONE}\nIF n=0 THEN\n{TWO}\nENDIF"
+    body = f"n:=0;\n{HOME}\nn @ v1000;\n{ONE}\nIF n=0 THEN\n{TWO}\nENDIF"
     found, _ = events(tmp_path, body, data=STATE)
-    assert order(found) == "e?1"
+    assert order(found) == "e?1?"
     assert motions(found)[-1].speed.tool_m_s == 1.0  # nothing changes v1000
