@@ -124,9 +124,7 @@ def up(layout: Layout) -> None:
     runs = worker.process() is not None
     if not runs:
         worker.stop()  # what is left of a worker that was killed
-    make_pool(
-        layout, worker_runs=runs
-    )  # also closes runs that lost their server for too long
+    make_pool(layout, worker_runs=runs)  # also closes runs that lost their server for too long
     _start([worker, watch], meanwhile=partial(deploy, layout))
     print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
 
