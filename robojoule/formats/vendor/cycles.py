@@ -64,6 +64,7 @@ def keep_cycle(
         running.note(line, "the first pass of the loop differs from all further ones: these are planned")
     loads = [event for event in events[since : ends[chosen]] if isinstance(event, Load)]
     changing = _changing(events)  # those before the loop, too
+    changing |= _on_other_ways(events, ends, chosen)
     kept = events[ends[chosen] : ends[chosen + 1]]
     cycle = [_unchanged(one) if _statement(one) in changing else one for one in kept]
     events[since:] = [*loads, *cycle]
@@ -102,6 +103,24 @@ def _changing(events: Sequence[Event]) -> set[int]:
         if isinstance(event, Motion):
             speeds.setdefault(event.statement, set()).add(replace(event.speed, writable=True))
     return {statement for statement, found in speeds.items() if len(found) > 1}
+
+
+def _on_other_ways(events: Sequence[Event], ends: Sequence[int], chosen: int) -> set[int]:
+    """Motions that come from elsewhere in a later pass: there a duration, or a speed in m/s, means another one."""
+    ways: list[set[tuple[int, str]]] = []
+    motions = [event for event in events[ends[chosen] : ends[chosen + 1]] if isinstance(event, Motion)]
+    before = motions[-1] if motions else None
+    for start, end in zip(ends[chosen:], ends[chosen + 1 :], strict=False):
+        found = set()
+        for event in events[start:end]:
+            if isinstance(event, Motion):
+                speed = event.speed
+                is_share = {speed.duration_s, speed.leading_rad_s, speed.tool_m_s} == {None}
+                if not is_share and before is not None:
+                    found.add((event.statement, repr(_plain(before.target))))
+                before = event
+        ways.append(found)
+    return {statement for found in ways[1:] for statement, _ in found - ways[0]}
 
 
 def _statement(event: Event) -> int | None:

@@ -165,3 +165,13 @@ def test_a_motion_that_ran_slower_before_the_loop_keeps_its_speeds(tmp_path):
     functions = f"def go(speed):\n{ur('B', ',v=speed')}{ur('A', ',v=0.4')}end\n"
     program = in_ur(tmp_path, f"{functions}{ur('A')}go(0.2)\n", "go(0.9)\n")
     assert [move.fixed for move in program.moves] == [True, False]
+
+
+def test_a_motion_that_comes_from_elsewhere_in_another_pass_gets_no_duration(tmp_path):
+    """Its duration would be that of another way there; a share of the limits holds on any way."""
+    loop = f"{rapid('B')}IF b THEN\n{rapid('C')}ENDIF\nb:=NOT b;\n{rapid('A')}"
+    program = in_rapid(tmp_path, rapid("A"), loop, "VAR bool b:=FALSE;\n")
+    assert [move.fixed for move in program.moves] == [False, True]
+    loop = f"{krl('B')}IF I>0 THEN\n{krl('C')}ENDIF\nI=1-I\n{krl('A')}"
+    program = in_krl(tmp_path, f"DECL INT I\nI=0\n{krl('A')}", loop)
+    assert [move.fixed for move in program.moves] == [False, False]
