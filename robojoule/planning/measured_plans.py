@@ -165,15 +165,17 @@ def plan_on_measurements(
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )
-    warnings = _warnings(profiles, places, slack_s, allowed)
+    warnings = _warnings(profiles, runs, places, slack_s, allowed)
     return MeasuredPlan(
         written, run, given, fastest, least_s, reserve_s, float(profiles.idle_w[-1, 1]), outlook, warnings
     )
 
 
-def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
+def _warnings(
+    profiles: MeasuredProfiles, runs: MeasuredRuns, places: Index, slack_s: float, allowed: Mask
+) -> tuple[str, ...]:
     """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
-    doubts = rule_doubts(profiles.held_out_error)
+    doubts = rule_doubts(profiles.held_out_error, runs)
     lowest = allowed.argmax(axis=1)
     stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
     if slack_s <= SAME_TIME_S or stuck == 0:
