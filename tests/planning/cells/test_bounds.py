@@ -12,7 +12,7 @@ from robojoule.planning.cells.linear import INF, Limits, LinearModel
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.solve import solve_cell
 from tests.planning.cells.brute_force import optimum_j
-from tests.planning.cells.cases import generated, two_robots
+from tests.planning.cells.cases import free_of_charge, generated, two_robots
 from tests.planning.cells.test_phases import with_lag
 
 CELLS = [(2, 0, (4, 6)), (2, 1, (4, 6)), (3, 6, (3, 4))]
@@ -81,6 +81,15 @@ def test_a_stopped_relaxation_gives_no_prices_and_no_false_bound():
     relaxed, prices = robots.relax(Limits(stop=lambda: True))
     robots.price(prices, Limits(stop=lambda: True))
     assert relaxed == robots.bound_j == -INF and not np.any(prices)
+
+
+def test_robots_that_cost_nothing_have_a_bound():
+    """The tolerance of such a robot, a share of its energy, is zero, too."""
+    robots = PricedRobots(Numbering(free_of_charge()))
+    robots.price(robots.relax(Limits())[1], Limits())
+    for r in robots.bounds_j:
+        robots.solve(r, Limits(), 0.0)
+    assert robots.bound_j == pytest.approx(0.0, abs=1e-9)
 
 
 def test_rows_are_paid_for_by_their_prices():
