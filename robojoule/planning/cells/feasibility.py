@@ -20,7 +20,7 @@ from robojoule.planning.cells.model import CellModel
 from robojoule.planning.cells.numbering import Lag, Numbering
 from robojoule.programs.cell import TimeLag
 
-_SHOWN = 6
+_SHOWN, _ROOM = 6, 120  # pairs of names in a message, and their characters, at most
 NO_PLAN = "the cell has no plan at this cycle time"
 UNEXPLAINED = f"{NO_PLAN}; there was no time to find out why"
 TOO_SHORT_S = 1e-6  # by which a cycle time may be too short by rounding
@@ -64,7 +64,7 @@ def explain(numbers: Numbering, limits: Limits) -> InputError:
         return slow
     enough = enough_s(cell, max(found.bound, least), limits)
     if enough is not None:
-        forced = "by activities that exclude each other (how long is enough was searched for, not proven)"
+        forced = "by activities that exclude each other, as far as a short search tells"
         return CycleTimeTooShort(cell.cycle_time_s, enough, forced=forced)
     return InputError(UNEXPLAINED if _over(limits) else f"{NO_PLAN}: collisions and time lags leave no room")
 
@@ -93,14 +93,16 @@ def _too_long(numbers: Numbering, limits: Limits) -> InputError | None:
 def _contradiction(lags: Sequence[TimeLag]) -> InputError:
     """Lags that form a cycle on which more time passes than there is, whatever the cycle time."""
     said = _joined((one.first, one.second) for one in lags)
-    problem = f"the time lags between activities {said} contradict each other: no cycle time is long enough for them"
+    problem = f"the time lags between activities {said} contradict each other at any cycle time"
     return InputError(problem, allowed="a lag with more cycles, or a shorter one")
 
 
 def _joined(pairs: Iterable[tuple[str, str]]) -> str:
-    """Names of some pairs of activities, in few words."""
+    """Names of some pairs of activities, in few words: as many as a message has room for."""
     names = [f"{first} and {second}" for first, second in pairs]
-    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+    length = np.cumsum([len(name) + 2 for name in names]) - 2
+    shown = max(min(int(np.searchsorted(length, _ROOM, side="right")), _SHOWN), 1)
+    return ", ".join(names[:shown]) + (f" and {len(names) - shown} more" if len(names) > shown else "")
 
 
 def _forced(model: CellModel, best: float, limits: Limits) -> str:
@@ -114,7 +116,7 @@ def _forced(model: CellModel, best: float, limits: Limits) -> str:
     if lags := _binding(model, limits):
         return f"by time lags between activities {lags}"
     poses = _joined((one.first, one.second) for one in binding_handovers(model, best, limits))
-    return f"by the locations of the hand-overs between activities {poses}" if poses else ""
+    return f"by hand-over locations of activities {poses}" if poses else ""
 
 
 def _binding(model: CellModel, limits: Limits) -> str:
@@ -128,8 +130,7 @@ def _binding(model: CellModel, limits: Limits) -> str:
     if fixed.duals is None:
         return ""
     pairs = zip(model.lag_rows, model.parts.lags, strict=True)
-    names = [" and ".join(_names(model.numbers, lag)) for row, lag in pairs if abs(fixed.duals[row]) > 1e-7]
-    return ", ".join(names[:_SHOWN])
+    return _joined(_names(model.numbers, lag) for row, lag in pairs if abs(fixed.duals[row]) > 1e-7)
 
 
 def _names(numbers: Numbering, lag: Lag) -> tuple[str, str]:

@@ -101,7 +101,7 @@ def test_hand_overs_that_need_a_longer_cycle_are_named():
     slower = replace(cell, handovers=(Handover("a1", "b0", (("p", "p"), ("q", "p"))), Handover("a1", "b1", pairs[2:])))
     error = refusal(slower)
     assert isinstance(error, CycleTimeTooShort)
-    assert "forced by the locations of the hand-overs between activities a1 and b1; allowed" in str(error)
+    assert "forced by hand-over locations of activities a1 and b1; allowed" in str(error)
     assert error.minimum_s == pytest.approx(4.1, abs=1e-6)
 
 
@@ -169,3 +169,26 @@ def test_the_reason_is_left_out_on_request():
     with pytest.raises(InputError) as raised:
         solve_cell(two_robots(3.5), explained=False)
     assert str(raised.value) == NO_PLAN
+
+
+def test_long_names_leave_a_message_whole():
+    """Names that a message has no room for are counted, not cut."""
+    long = {name: f"{name} {'of a station with a long name ' * 2}".strip() for name in ("a1", "b1", "a2", "b0")}
+
+    def renamed(name):
+        return long.get(name, name)
+
+    cell = two_robots()
+    robots = tuple(
+        replace(
+            robot,
+            static=tuple(replace(one, name=renamed(one.name)) for one in robot.static),
+            dynamic=tuple(replace(one, start=renamed(one.start), end=renamed(one.end)) for one in robot.dynamic),
+            last=renamed(robot.last),
+        )
+        for robot in cell.robots
+    )
+    lags = (TimeLag(long["a1"], long["b1"], 1.0, 0), TimeLag(long["b1"], long["a1"], 1.0, 0))
+    error = str(refusal(replace(cell, robots=robots, lags=lags, handovers=(), collisions=())))
+    assert f"{long['a1']} and {long['b1']} and 1 more contradict each other at any cycle time" in error
+    assert "..." not in error
