@@ -148,13 +148,13 @@ def test_unreadable_files(tmp_path, robot):
         read_log(tmp_path / "log.xls", robot)
     whole = save(tmp_path, columns(), ".parquet").read_bytes()
     (tmp_path / "cut.parquet").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match=r"cut.parquet: the log cannot be read"):
+    with pytest.raises(InputError, match=r"cut.parquet: the table cannot be read"):
         read_log(tmp_path / "cut.parquet", robot)
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(InputError, match="the log cannot be read"):
+    with pytest.raises(InputError, match="the table cannot be read"):
         read_log(tmp_path / "empty.csv", robot)
     (tmp_path / "header.csv").write_text("time_s,power_w\n")
-    with pytest.raises(InputError, match="the log has no rows"):
+    with pytest.raises(InputError, match="the table has no rows"):
         read_log(tmp_path / "header.csv", robot)
     (tmp_path / "doubled.csv").write_text("time_s,power_w,power_w\n0,1,2\n")
     with pytest.raises(InputError, match="power_w: this column appears twice"):
