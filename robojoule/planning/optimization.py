@@ -211,7 +211,7 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         (found.run, found.given, found.fastest),
         float(found.idle_end_w),
         least_cycle_time_s=found.least_cycle_s,
-        bound_j=found.run.energy_j,
+        bound_j=found.bound_j,
         warnings=(*plan_warnings(found.written, found.run, found.given), *found.warnings),
         reserve_s=found.reserve_s,
         profiles=wish.profiles,

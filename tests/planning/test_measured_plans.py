@@ -38,6 +38,8 @@ def test_a_plan_on_runs_holds_where_the_nominal_one_is_late(case):
     runs = observed(paths, machine, (1.0, 0.3), noise=0.02)
     plan = rj.optimize(program, paths.robot, cycle_time=asked, runs=runs)
     assert plan.profiles == "measured"
+    assert plan.bound_j < plan.energy_j  # by the profiles: what the choice leaves open
+    assert plan.gap_to_optimum_percent < 0.02
     assert asked - WAIT_STEP_S * len(plan.moves) <= plan.cycle_time_s <= asked + 1e-9
     assert executed(paths, machine, plan)[0] == pytest.approx(asked, rel=2e-3)
     assert plan.outlook.rule.startswith("joint_accelerations")
