@@ -240,7 +240,7 @@ class _Reader:
         if zones is None:
             return []
         zones.only("collision-pair")
-        found = []
+        found: list[Collision] = []
         for pair in zones.all("collision-pair"):
             pair.only("location", "movement")
             ends = [
