@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -119,27 +120,26 @@ def up(layout: Layout) -> None:
     """
     prepare_mlflow(layout)
     *servers, worker, watch = services(layout)
-    launched = {server.name: server.launch() for server in servers}  # both load at the same time
-    for server in servers:
-        server.wait()
-        _say_started(server, launched[server.name])
-    deploy(layout)
+    _start(servers)
     runs = worker.process() is not None
     if not runs:
         worker.stop()  # what is left of a worker that was killed
-    close_lost(layout, worker_runs=runs)  # also of a server that was away for longer than its runs bear
-    for service in (worker, watch):
-        _say_started(service, service.start())
+    make_pool(layout, worker_runs=runs)  # also closes runs that lost their server for too long
+    _start([worker, watch], meanwhile=partial(deploy, layout))
     print(f"\nPrefect  {address('prefect')}\nMLflow   {address('mlflow')}\nlogs     {layout.desk_dir / 'log'}")
 
 
-def _say_started(service: Service, started: bool) -> None:
-    print(f"{service.name:<15} {'started' if started else 'runs already'}", flush=True)
+def _start(started: Sequence[Service], meanwhile: Callable[[], None] = lambda: None) -> None:
+    """Start programs at the same time, do something else while they load, and wait until each is ready."""
+    launched = [service.launch() for service in started]
+    meanwhile()
+    for service, new in zip(started, launched, strict=True):
+        service.wait(new)
+        print(f"{service.name:<15} {'started' if new else 'runs already'}", flush=True)
 
 
 def deploy(layout: Layout) -> None:
-    """Make the work pool and the deployments of `prefect.yaml`, or bring them up to date."""
-    _run(layout, "-m", "flows.pool", POOL)
+    """Make the deployments of `prefect.yaml`, or bring them up to date."""
     _run(layout, "-m", "prefect", "--no-prompt", "deploy", "--all")
 
 
@@ -179,17 +179,17 @@ def run_here(layout: Layout, name: str) -> None:
             if time.monotonic() > end:
                 raise RobojouleError(f"no Prefect server answers at {health}")
             time.sleep(1.0)
+        make_pool(layout)
         deploy(layout)
-        close_lost(layout)
     (layout.desk_dir / "prefect").mkdir(parents=True, exist_ok=True)
     service.note(ProcessFile.of(os.getpid(), managed=True))  # the number stays
     os.chdir(service.cwd)
     os.execve(service.command[0], list(service.command), {**os.environ, **service.environment})
 
 
-def close_lost(layout: Layout, worker_runs: bool = False) -> None:
-    """Close the runs whose process ended with a worker that was killed, or while no server could be told."""
-    _run(layout, "-m", "flows.lost", "--pool", POOL, *(["--worker-runs"] if worker_runs else []))
+def make_pool(layout: Layout, worker_runs: bool = False) -> None:
+    """Make the work pool, and close its lost runs: of a worker that was killed, or while no server could be told."""
+    _run(layout, "-m", "flows.pool", POOL, *(["--worker-runs"] if worker_runs else []))
 
 
 def down(layout: Layout) -> None:
@@ -197,7 +197,7 @@ def down(layout: Layout) -> None:
     for service in reversed(services(layout)):
         ended = service.stop()
         if ended and service.name == "prefect-worker" and answers(f"{address('prefect')}/api/health"):
-            close_lost(layout)  # a run that was cut off counts as one, and frees its slot, from now on
+            make_pool(layout)  # a run that was cut off counts as one, and frees its slot, from now on
         left = "runs on, as its service manager started it" if service.process() else "does not run"
         print(f"{service.name:<15} {'ended' if ended else left}", flush=True)
 

@@ -7,7 +7,6 @@ heartbeats run out.
 
 from __future__ import annotations
 
-import argparse
 import socket
 
 import psutil
@@ -72,17 +71,3 @@ def _has_process(run: FlowRun) -> bool:
         return bool(process.status() != psutil.STATUS_ZOMBIE and process.create_time() <= began + 60.0)
     except psutil.Error:
         return False
-
-
-def main() -> None:
-    """Close the lost runs of a pool; for a service manager, before it starts the worker."""
-    parser = argparse.ArgumentParser(prog="python -m flows.lost", description=__doc__.splitlines()[0])
-    parser.add_argument("--pool", default="local", help="work pool (default: local)")
-    parser.add_argument("--worker-runs", action="store_true", help="a worker of the pool runs")
-    arguments = parser.parse_args()
-    for name in close_lost_runs(arguments.pool, arguments.worker_runs):
-        print(f"closed the run {name}, whose process is gone")
-
-
-if __name__ == "__main__":
-    main()

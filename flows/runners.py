@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import argparse
 import os
+import socket
 from importlib import import_module
 from typing import Any
+from urllib.parse import urlsplit
 
 from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
 
 from reproduction.pools import end_with_parent
-from robojoule.errors import InputError
+from robojoule.errors import InputError, RobojouleError
 
 CLUSTERS = {"dask": ("prefect_dask", "DaskTaskRunner"), "ray": ("prefect_ray", "RayTaskRunner")}
 RUNNERS = ("processes", "threads", *CLUSTERS)
+SCHEMES = {"dask": ("", "tcp", "tls", "ws", "wss", "ucx"), "ray": ("", "ray")}
+EXAMPLES = {"dask": "such as tcp://127.0.0.1:8786", "ray": "such as 127.0.0.1:6379 or ray://127.0.0.1:10001, or auto"}
+
+_RAY_FINDS = ("auto", "local")  # words by which Ray finds or makes a cluster
+_PATIENCE_S = 10.0
 
 
 def task_runner(name: str, workers: int = 1, address: str | None = None) -> TaskRunner[Any]:
@@ -25,7 +32,9 @@ def task_runner(name: str, workers: int = 1, address: str | None = None) -> Task
         address: Address of a Dask or Ray cluster; a temporary one on this machine if not given.
 
     Raises:
-        InputError: Unknown name, no worker, an address without a cluster, or a package that is not installed.
+        InputError: Unknown name, no worker, an address that is none or of no cluster, or a package that is not
+            installed.
+        RobojouleError: Nothing answers at the address.
     """
     if workers < 1:
         raise InputError(f"{workers} is not a number of workers", key="workers", allowed="1 or more")
@@ -42,12 +51,38 @@ def task_runner(name: str, workers: int = 1, address: str | None = None) -> Task
                 key="runner",
                 allowed=f"{', '.join(RUNNERS[:2])}, or any after `pip install 'robojoule[{name}]'`",
             ) from None
+        if address is not None:
+            _reach(name, address)
         return runner(address=address)  # type: ignore[no-any-return]
     if address is not None:
         raise InputError(f"the task runner '{name}' works on this machine", key="address", allowed="dask or ray")
     if name == "threads":
         return ThreadPoolTaskRunner(max_workers=workers)
     return ProcessPoolTaskRunner(max_workers=workers, initializer=end_with_parent, initargs=(os.getpid(),))
+
+
+def _reach(name: str, address: str) -> None:
+    """Make sure that something listens at the address of a cluster; its own library would try for long, and say much.
+
+    Raises:
+        InputError: It is not the address of such a cluster.
+        RobojouleError: Nothing answers.
+    """
+    if name == "ray" and address in _RAY_FINDS:
+        return
+    try:
+        parts = urlsplit(address if "://" in address else f"//{address}")
+        scheme, place = parts.scheme, (parts.hostname, parts.port)
+    except ValueError:  # a port that is no number
+        scheme, place = "", (None, None)
+    if scheme not in SCHEMES[name] or None in place:
+        raise InputError(
+            f"'{address}' is not the address of a {name.title()} cluster", key="address", allowed=EXAMPLES[name]
+        )
+    try:
+        socket.create_connection((str(place[0]), int(place[1] or 0)), timeout=_PATIENCE_S).close()
+    except OSError:
+        raise RobojouleError(f"no {name.title()} cluster answers at {address}") from None
 
 
 def add_runner(parser: argparse.ArgumentParser, default: str | None) -> None:

@@ -1,7 +1,7 @@
 """The Prefect server that a command started by hand reports to: the one that is named, or one of its own.
 
 A server of its own has a store of its own, which goes with it: what is tried by hand does not show up among scheduled
-runs. Making a store takes longer than the start of a server, so that an empty one is kept and copied.
+runs.
 """
 
 from __future__ import annotations
@@ -10,13 +10,8 @@ import atexit
 import contextlib
 import logging
 import os
-import shutil
-import sqlite3
 import sys
-import tempfile
 from collections.abc import Iterator
-from importlib.metadata import version
-from pathlib import Path
 
 import httpx
 from prefect.context import refresh_global_settings_context
@@ -25,14 +20,12 @@ from prefect.logging.handlers import APILogWorker
 from prefect.settings import (
     PREFECT_API_URL,
     PREFECT_CLIENT_MAX_RETRIES,
-    PREFECT_SERVER_DATABASE_CONNECTION_URL,
     temporary_settings,
 )
 
-from flows.own_server import own_server
+from flows.own_server import drop_ahead, own_server
 from flows.service import answers
 from reproduction.layout import Layout
-from robojoule.documents import atomic_path
 from robojoule.errors import RobojouleError
 
 _TRIES = 3  # within some 15 s, to reach a server that nobody else would start again; Prefect's own are a minute
@@ -53,6 +46,7 @@ def prefect_server(layout: Layout) -> Iterator[str]:
     """
     named = PREFECT_API_URL.value()
     if named:
+        drop_ahead()
         if not answers(f"{named}/health"):
             raise RobojouleError(
                 f"no Prefect server answers at {named}; start it (`make up`), or unset PREFECT_API_URL to do without"
@@ -60,32 +54,23 @@ def prefect_server(layout: Layout) -> Iterator[str]:
         with _lost(str(named)):
             yield str(named)
         return
-    empty = layout.desk_dir / "empty" / f"prefect-{version('prefect')}.db"
-    with tempfile.TemporaryDirectory(prefix="prefect-") as folder:
-        store = Path(folder) / "prefect.db"
-        if empty.exists():
-            shutil.copyfile(empty, store)
-        with (
-            temporary_settings({PREFECT_SERVER_DATABASE_CONNECTION_URL: f"sqlite+aiosqlite:///{store}"}),
-            own_server() as url,
-        ):
-            if not empty.exists():
-                with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
-                    _keep(store, empty)
-            with temporary_settings({PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: _TRIES}):
-                os.environ["PREFECT_API_URL"] = url
-                # For threads that Prefect starts: without an address, those of its process pool start one more server.
-                refresh_global_settings_context()
+    with (
+        own_server(layout) as url,
+        temporary_settings({PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: _TRIES}),
+    ):
+        os.environ["PREFECT_API_URL"] = url
+        # For threads that Prefect starts: without an address, those of its process pool start one more server.
+        refresh_global_settings_context()
+        try:
+            with _lost(url):
                 try:
-                    with _lost(url):
-                        try:
-                            yield url
-                        finally:
-                            if answers(f"{url}/health"):
-                                drain()
+                    yield url
                 finally:
-                    os.environ.pop("PREFECT_API_URL", None)
-                    refresh_global_settings_context()
+                    if answers(f"{url}/health"):
+                        drain()
+        finally:
+            os.environ.pop("PREFECT_API_URL", None)
+            refresh_global_settings_context()
 
 
 class _WithoutTraces(logging.Filter):
@@ -124,13 +109,3 @@ def drain() -> None:
     """Send what Prefect's threads still hold, before its server stops: else they try for a minute to reach it."""
     APILogWorker.instance().drain()
     EventsWorker.drain_all()
-
-
-def _keep(store: Path, empty: Path) -> None:
-    """Copy a store that is in use, whole or not at all."""
-    with (
-        atomic_path(empty) as path,
-        contextlib.closing(sqlite3.connect(store)) as source,
-        contextlib.closing(sqlite3.connect(path)) as target,
-    ):
-        source.backup(target)

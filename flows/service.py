@@ -114,20 +114,6 @@ class Service:
         noted = self.noted()
         return process_of(noted) if noted else None
 
-    def start(self) -> bool:
-        """Launch it unless it runs, and wait until it is ready.
-
-        Returns:
-            Whether it was started.
-
-        Raises:
-            RobojouleError: Another program has its place, it ended, or it is not ready in time.
-        """
-        launched = self.launch()
-        if launched or self.health is not None:  # without, only its first lines tell
-            self.wait()
-        return launched
-
     def launch(self) -> bool:
         """Start it unless it runs.
 
@@ -160,12 +146,17 @@ class Service:
         """Write its process file."""
         write_document(self.file, process.model_dump(mode="json"))
 
-    def wait(self) -> None:
+    def wait(self, launched: bool = True) -> None:
         """Wait until it is ready.
+
+        Args:
+            launched: Whether it was launched just now; of one that ran already, nothing but an address would tell.
 
         Raises:
             RobojouleError: It ended, or it is not ready in time.
         """
+        if not launched and self.health is None:
+            return
         end = time.monotonic() + self.patience_s
         while not self._is_ready():
             if self.process() is None:

@@ -92,7 +92,7 @@ def test_a_log_a_drift_and_a_failure(
 
     # Somebody asks for another robot. Meanwhile the server is killed and started again; the run and its worker wait.
     words = ["-p", 'robot="ur_ur10e"', "-p", "payload_kg=5", "-p", "trees=5"]
-    other = runs.start(project, "pipeline-on-demand/pipeline-on-demand", *words)
+    other = runs.start_by_command(project, "pipeline-on-demand/pipeline-on-demand", *words)
     wait_for("a stage", lambda: bool(_clones_with_stages(project)), PATIENCE_S)
     before = processes(project)
     os.kill(before["prefect-server"], signal.SIGKILL)
@@ -107,7 +107,7 @@ def test_a_log_a_drift_and_a_failure(
     table.unlink()  # it may be a link into the cache
     table.write_text(text.replace("110,", "111,", 1), encoding="utf-8")
     commit(project)
-    asked = runs.start(project, "pipeline-nightly/pipeline-nightly")
+    asked = runs.start("pipeline-nightly")
     night = runs.wait(asked, "FAILED", "COMPLETED", "CRASHED")
     assert night["state"]["type"] == "FAILED" and "differ from the committed" in night["state"]["message"], night[
         "state"
@@ -141,7 +141,7 @@ def test_a_log_a_drift_and_a_failure(
     command = "python -m stages.generate_trees"
     stages.write_text(stages.read_text(encoding="utf-8").replace(command, f"{command} --params nowhere.yaml", 1))
     commit(project)
-    failed = runs.wait(runs.start(project, "pipeline-nightly/pipeline-nightly"), "FAILED", "COMPLETED", "CRASHED")
+    failed = runs.wait(runs.start("pipeline-nightly"), "FAILED", "COMPLETED", "CRASHED")
     sentence = "generate_trees: nowhere.yaml: there is no such file"
     assert failed["state"]["type"] == "FAILED" and sentence in failed["state"]["message"]
     alert = told(receiver, failed["name"])
@@ -169,10 +169,8 @@ def _clones_with_stages(project: Path) -> set[str]:  # noqa: F811
 
 def _claimed_to_run(runs: Runs, pid: str | None) -> str:
     """A run that the server believes to run; no worker takes it."""
-    (deployment,) = [one for one in ask(runs.api, "deployments/filter", {}) if one["name"] == "pipeline-on-demand"]
-    later = {"type": "SCHEDULED", "state_details": {"scheduled_time": "2100-01-01T00:00:00Z"}}
-    made = ask(runs.api, f"deployments/{deployment['id']}/create_flow_run", {"state": later})["id"]
+    made = runs.start("pipeline-on-demand", at="2100-01-01T00:00:00Z")
     if pid is not None:
         ask(runs.api, f"flow_runs/{made}", {"infrastructure_pid": pid}, "PATCH")
     ask(runs.api, f"flow_runs/{made}/set_state", {"state": {"type": "RUNNING", "name": "Running"}, "force": True})
-    return str(made)
+    return made

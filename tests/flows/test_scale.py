@@ -5,13 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from flows.runners import task_runner
 from flows.scale import scale
 from reproduction.motions.shards import MotionSet, close_folder, open_folder, write_shard
 from robojoule.documents import parse, read_document
-from robojoule.errors import InputError
 from tests.conftest import ROOT, run, wait_for
 from tests.reproduction.motions.test_shards import DESCRIPTION
 
@@ -68,27 +64,6 @@ def test_a_killed_run_goes_on_where_it_stopped(tmp_path: Path, prefect_server: s
     assert not list(runs.glob(".*"))
     motion_set = parse(MotionSet, {**DESCRIPTION, "speed_limits_percent": range(10, 101, 10), **ASKED}, "test")
     assert files(tmp_path / "set") == made_here(motion_set, tmp_path / "again")
-
-
-@pytest.mark.parametrize(
-    ("runner", "workers", "address", "message"),
-    [
-        ("cluster", 2, None, "unknown task runner 'cluster'; allowed: processes, threads, dask, ray"),
-        ("threads", 0, None, "0 is not a number of workers; allowed: 1 or more"),
-        ("processes", 2, "tcp://host:8786", "'processes' works on this machine; allowed: dask or ray"),
-    ],
-)
-def test_runners_that_cannot_be_had_are_refused(runner: str, workers: int, address: str | None, message: str):
-    with pytest.raises(InputError) as caught:
-        task_runner(runner, workers, address)
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize("name", ["dask", "ray"])
-def test_a_runner_whose_package_is_not_installed_names_its_extra(monkeypatch: pytest.MonkeyPatch, name: str):
-    monkeypatch.setitem(sys.modules, f"prefect_{name}", None)
-    with pytest.raises(InputError, match=f"needs the package prefect-{name}.*pip install 'robojoule.{name}.'"):
-        task_runner(name)
 
 
 def test_bad_input_ends_with_one_sentence_before_anything_starts(tmp_path: Path):

@@ -2,10 +2,12 @@
 
 import os
 import sqlite3
+import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import psutil
 import pytest
 from prefect.settings import (
     PREFECT_API_URL,
@@ -40,8 +42,8 @@ def test_one_that_does_not_answer_is_one_sentence(tmp_path: Path):
 
 def test_one_that_is_too_slow_is_one_sentence_that_says_what_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
-    started, start = [], own_server._started
-    monkeypatch.setattr(own_server, "_started", lambda port: started.append(port) or start(port))
+    started, kind = [], own_server.OwnServer
+    monkeypatch.setattr(own_server, "OwnServer", lambda *words: started.append(words) or kind(*words))
     with (
         temporary_settings({PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS: 0}, restore_defaults={PREFECT_API_URL}),
         pytest.raises(
@@ -73,3 +75,48 @@ def test_flows_do_not_load_the_code_of_the_server():
     """It takes as long as the start of one, in this process and in every worker."""
     code = "import sys, flows.pipeline, flows.scale, flows.cells, flows.studies; print(*sys.modules)"
     assert "prefect.server.api.server" not in run(sys.executable, "-c", code, cwd=ROOT).stdout.split()
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["--root", "nowhere"], ["--no-such-option"], ["--runner", "dask", "--address", "nowhere"]]
+)
+def test_a_server_that_was_started_ahead_ends_with_its_command(words: list[str], tmp_path: Path):
+    """Commands that load Prefect start it before that; what ends early leaves neither a process nor a folder."""
+    environment = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    environment["TMPDIR"] = str(tmp_path)
+    command = [sys.executable, "-m", "flows.pipeline", *words]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == (0 if words == ["--help"] else 2), done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+    assert [one for one in psutil.process_iter() if _in(one, tmp_path)] == []
+
+
+def _in(process: psutil.Process, folder: Path) -> bool:
+    """Whether a process has a store below a folder."""
+    try:
+        return str(folder) in process.environ().get("PREFECT_SERVER_DATABASE_CONNECTION_URL", "")
+    except (psutil.Error, OSError):
+        return False
+
+
+def test_the_server_that_was_started_ahead_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    own_server.start_ahead(["python", "-m", "flows.desk", "up"])
+    assert own_server._ahead == []
+    own_server.start_ahead(["python", "-m", "flows.studies", "--force", "--root", str(tmp_path)])
+    (ahead,) = own_server._ahead
+    with temporary_settings(restore_defaults={PREFECT_API_URL}), server_for(Layout(tmp_path)) as url:
+        assert url == ahead.url and own_server._ahead == []
+    assert not answers(f"{url}/health")
+
+
+def test_a_server_that_is_named_in_a_profile_is_used_instead(
+    tmp_path: Path, prefect_server: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    own_server.start_ahead(["python", "-m", "flows.pipeline", "--root", str(tmp_path)])
+    (ahead,) = own_server._ahead
+    with temporary_settings({PREFECT_API_URL: prefect_server}), server_for(Layout(tmp_path)) as url:
+        assert url == prefect_server and own_server._ahead == []
+    assert not answers(f"{ahead.url}/health")

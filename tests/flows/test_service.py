@@ -23,6 +23,13 @@ def service(folder: Path, *command: str, **settings) -> Service:
     return Service("sleeper", command, folder / "desk", folder, **settings)
 
 
+def start(service: Service) -> bool:
+    """Launch it unless it runs, and wait until it is ready; returns whether it was launched."""
+    launched = service.launch()
+    service.wait(launched)
+    return launched
+
+
 def alive(pid: int) -> bool:
     return psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
 
@@ -34,9 +41,9 @@ def child_of(folder: Path) -> int:
 
 def test_started_once_and_ended_with_its_children(tmp_path: Path):
     sleeper = service(tmp_path, "bash", "-c", CHILD)
-    assert sleeper.start() is True
+    assert start(sleeper) is True
     first, child = sleeper.process().pid, child_of(tmp_path)
-    assert sleeper.start() is False
+    assert start(sleeper) is False
     assert sleeper.process().pid == first
     assert sleeper.stop() is True
     assert not alive(first) and not alive(child)
@@ -46,7 +53,7 @@ def test_started_once_and_ended_with_its_children(tmp_path: Path):
 
 def test_what_is_left_of_a_killed_one_is_ended(tmp_path: Path):
     sleeper = service(tmp_path, "bash", "-c", CHILD)
-    sleeper.start()
+    start(sleeper)
     child = child_of(tmp_path)
     os.kill(sleeper.process().pid, signal.SIGKILL)
     wait_for("its end", lambda: sleeper.process() is None, 10)
@@ -57,7 +64,7 @@ def test_what_is_left_of_a_killed_one_is_ended(tmp_path: Path):
 
 def test_one_that_does_not_heed_sigterm_is_killed(tmp_path: Path):
     stubborn = service(tmp_path, "bash", "-c", f"trap '' TERM; {CHILD}", grace_s=0.5)
-    stubborn.start()
+    start(stubborn)
     child_of(tmp_path)
     pid = stubborn.process().pid
     assert stubborn.stop() is True
@@ -88,17 +95,17 @@ def test_a_torn_file_names_no_process(tmp_path: Path):
 def test_one_that_ends_at_once_says_why(tmp_path: Path):
     failing = service(tmp_path, "bash", "-c", "echo no such store >&2; exit 1", health="http://127.0.0.1:9/health")
     with pytest.raises(RobojouleError, match=r"sleeper ended at once: no such store \(more in .*sleeper\.log\)"):
-        failing.start()
+        start(failing)
 
 
 def test_one_without_an_address_is_ready_when_it_says_so(tmp_path: Path):
     slow = service(tmp_path, "bash", "-c", "sleep 1; echo looks into it; sleep 60", ready="looks into")
-    slow.start()
+    start(slow)
     assert "looks into it" in slow.log.read_text(encoding="utf-8")
     slow.stop()
     failing = service(tmp_path, "bash", "-c", "echo no such folder >&2; exit 1", ready="looks into")
     with pytest.raises(RobojouleError, match="ended at once: no such folder"):
-        failing.start()
+        start(failing)
 
 
 def test_what_a_service_manager_started_is_known_and_left_to_it(tmp_path: Path):
@@ -106,7 +113,7 @@ def test_what_a_service_manager_started_is_known_and_left_to_it(tmp_path: Path):
     with subprocess.Popen(["sleep", "60"], start_new_session=True) as other:
         managed.note(ProcessFile.of(other.pid, managed=True))
         assert managed.process().pid == other.pid
-        assert managed.start() is False
+        assert start(managed) is False
         assert managed.stop() is False and managed.process() is not None
         assert other.poll() is None
         other.kill()
@@ -137,7 +144,7 @@ def test_a_place_that_another_program_has_is_not_taken(tmp_path: Path):
         mine = service(tmp_path, *server, health=f"http://127.0.0.1:{port}/")
         wait_for("the other program", lambda: answers(mine.health), 20)
         with pytest.raises(RobojouleError, match="answered by a program that was not started from here"):
-            mine.start()
+            start(mine)
         assert mine.noted() is None
         assert other.poll() is None
         other.kill()
