@@ -10,6 +10,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import csv
 
+import robojoule as rj
 from robojoule.cli import main
 from tests.calibration.plant import Plant, make_log
 from tests.conftest import ROOT
@@ -28,6 +29,8 @@ COMMANDS = {
     "adjust": ["cycle.yaml", *KR16, "--measured-cycle", "2.7", "--cycle-time", "3"],
     "pareto": ["cycle.yaml", *KR16],
     "identify": ["log.csv", "--robot", "kuka_kr16_r2010_2"],
+    "identify torques.csv": ["--robot", "kuka_kr16_r2010_2"],
+    "identify runs.csv": ["--program", "cycle.yaml", *KR16],
     "cell solve": ["cell.yaml", "--out", "plan.json"],
     "cell solve robot_cell.yaml": ["--time-limit", "900", "--gap", "1", "--quiet", "--out", "table.json"],
     "cell check": ["cell.yaml", "plan.json"],
@@ -59,11 +62,22 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
     (folder / "arm.urdf").write_text(TWO_JOINTS, encoding="utf-8")
     columns, _ = make_log(Plant(21), 21, motions=20)
     csv.write_csv(pa.table(columns), folder / "log.csv")
+    columns, _ = make_log(Plant(21), 21, motions=6, torques=True)
+    del columns["power_w"]
+    csv.write_csv(pa.table(columns), folder / "torques.csv")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         for name in ("cycle.yaml", "cell.yaml", "robot_cell.yaml"):
             assert main(["example", name]) == 0
+        (folder / "runs.csv").write_text(runs_of("cycle.yaml"), encoding="utf-8")
         return {command: keys(output(command, words)) for command, words in COMMANDS.items()}
+
+
+def runs_of(program: str) -> str:
+    """A table of runs of a program as it is, each move a fifth slower than simulated."""
+    run = rj.simulate(rj.load_program(program), rj.load_robot(KR16[1], payload_kg=10.0))
+    rows = [f"{move.name},{move.speed_limit_percent},{1.2 * move.duration_s}" for move in run.moves]
+    return "\n".join(["move,speed_limit_percent,duration_s", *rows])
 
 
 def output(command: str, words: list[str]) -> Any:

@@ -76,6 +76,7 @@ class FrictionIdentification:
         joints: What is told of each joint.
         timing: The controller's timing by the log's motions, if they tell it.
         no_timing: Why they do not tell it, a sentence.
+        log_warnings: What to know about the log itself, a sentence each.
     """
 
     robot: Robot
@@ -83,6 +84,7 @@ class FrictionIdentification:
     joints: tuple[JointFriction, ...]
     timing: TimingIdentification | None
     no_timing: str | None = None
+    log_warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         told = sum(joint.identified for joint in self.joints)
@@ -92,6 +94,7 @@ class FrictionIdentification:
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
         found = ["no power was measured: copper loss, base power and efficiencies stay those of the file"]
+        found += self.log_warnings
         off = [
             f"{joint.joint} ({joint.torque_scale:.2f})"
             for joint in self.joints
@@ -154,7 +157,7 @@ def identify_friction(log: MeasuredLog, robot: Robot, smoothing_s: float | None 
         raise InputError("the log holds neither power nor torques", file=log.source, key="power_w", allowed=allowed)
     signals = prepare(log, robot, smoothing_s)
     joints = tuple(_joint(signals, robot, place) for place in range(robot.joint_count))
-    return FrictionIdentification(robot, log.source, joints, *log_timing(log, robot))
+    return FrictionIdentification(robot, log.source, joints, *log_timing(log, robot), log.clock_warnings)
 
 
 def _joint(signals: Signals, robot: Robot, place: int) -> JointFriction:

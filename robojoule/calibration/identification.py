@@ -117,6 +117,7 @@ class Identification:
         lag: How late the meter was against the positions, which was put right before the fit; None if not looked for.
         timing: The controller's timing by the log's motions, if they tell it.
         no_timing: Why they do not tell it, a sentence.
+        log_warnings: What to know about the log itself, a sentence each.
     """
 
     robot: Robot
@@ -138,6 +139,7 @@ class Identification:
     lag: MeterLag | None = None
     timing: TimingIdentification | None = None
     no_timing: str | None = None
+    log_warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -152,7 +154,7 @@ class Identification:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know before the figures are used, a sentence each."""
-        found = []
+        found = [*self.log_warnings]
         if self.held_out.r2 < POOR_R2:
             found.append(
                 f"poor fit (R2 below {POOR_R2:g}): the energy model does not explain this log; "
@@ -307,6 +309,7 @@ def identify(
         modelled_w=final.window_power_w,
         window_held_out=held_out,
         payload_that_fits_kg=payload_that_fits(log, robot, vector, signals, solution, window_s),
+        log_warnings=log.clock_warnings,
     )
 
 

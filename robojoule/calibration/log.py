@@ -26,8 +26,10 @@ LIMIT_MARGIN_RAD = 0.02  # overshoot and calibration offsets of a real arm
 LARGEST_STEP_S = 0.02  # 50 Hz: a jerk phase of a fast arm must not fall between two samples
 LARGEST_SPARSE_STEP_S = 0.05  # the same with velocities, between which positions are interpolated
 LARGEST_CONSTANT = 1e3  # of a motor [Nm/A]
+COARSE_SHARE = 0.05  # of the samples that have the instant of the one before, yet another position: the clock is coarse
 GAP_STEPS, GAP_S = 5.0, 0.05
 LARGEST_GAP_S = 0.1  # of packets that a log with velocities may have lost at once: power is not known there
+_ROWS_OF_COARSE = 1.5  # with one instant, on average: not packets that came twice
 _JOINT_COLUMN = re.compile(r"q(\d+)_(\w+)")
 _JOINT_QUANTITIES = ("rad", "deg", "velocity_rad_s", "torque_nm", "current_a")
 
@@ -46,6 +48,7 @@ class MeasuredLog:
         payload_kg: Payload mass, shape (T,), if logged. [kg]
         speed_limit: Speed limit of the program that held, a fraction in (0, 1], shape (T,), if logged. [-]
         has_power: Whether power was logged; else it is NaN throughout.
+        clock_step_s: Step of the clock where it is so coarse that several samples have one instant; else None. [s]
         on_the_arm: Whether the file itself says that its power is that of the bus that feeds the arm.
     """
 
@@ -59,9 +62,20 @@ class MeasuredLog:
     speed_limit: Array | None = None
     on_the_arm: bool = False
     has_power: bool = True
+    clock_step_s: float | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
+
+    @property
+    def clock_warnings(self) -> tuple[str, ...]:
+        """What to know about a clock that is coarse, a sentence each."""
+        if self.clock_step_s is None:
+            return ()
+        return (
+            f"the clock's step of {1e3 * self.clock_step_s:.3g} ms is longer than that of the samples: of those that "
+            "have one instant only the first counts, and the others' data are lost; log the controller's own clock",
+        )
 
 
 def read_log(
@@ -99,6 +113,8 @@ def read_log(
     kept = np.append(True, np.diff(time) != 0.0)  # of packets that came twice the first one
     _check_time(time[kept], np.flatnonzero(kept) + 1, source, with_velocity=velocity is not None)
     position = _positions(table, robot)
+    lost = ~kept[1:] & (np.diff(position, axis=0) != 0.0).any(axis=1)
+    is_coarse = int(np.count_nonzero(lost)) > COARSE_SHARE * time.size
     payload = table.column("payload_kg") if "payload_kg" in table.names else None
     if payload is not None and payload.min() < 0.0:
         raise InputError("a payload is negative", file=source, key="payload_kg", allowed="0 kg or more")
@@ -115,6 +131,7 @@ def read_log(
         speed_limit=_of(_speed_limits(table), kept),
         on_the_arm=on_the_arm,
         has_power=has_power,
+        clock_step_s=float(np.median(np.diff(time[kept]))) if is_coarse else None,
     )
     _check_velocity(log, robot)
     return log
@@ -237,9 +254,14 @@ def _check_time(time_s: Array, rows: Index, source: str, *, with_velocity: bool)
         raise InputError(f"time falls at row {rows[falling[0] + 1]}", file=source, key=key, allowed="rising times")
     median = float(np.median(steps))
     if median > (LARGEST_SPARSE_STEP_S if with_velocity else LARGEST_STEP_S):
-        hint = "; the column looks like milliseconds" if median >= 1.0 else ""
+        each = (rows[-1] - rows[0]) / (len(rows) - 1)
+        if each > _ROWS_OF_COARSE:
+            problem = f"the clock's step of {median:.4g} s is too long: some {each:.0f} rows have one instant"
+        else:
+            problem = f"the samples are {median:.4g} s apart"
+            problem += "; the column looks like milliseconds" if median >= 1.0 else ""
         raise InputError(
-            f"the samples are {median:.4g} s apart{hint}",
+            problem,
             file=source,
             key=key,
             allowed=f"at most {LARGEST_STEP_S} s, or {LARGEST_SPARSE_STEP_S} s with velocities",

@@ -177,7 +177,7 @@ def log_timing(log: MeasuredLog, robot: Robot) -> tuple[TimingIdentification | N
         motions = logged_motions(log.source, log.time_s, log.position_rad, velocity, log.speed_limit)
         found = identify_timing(motions.paths(robot), motions.runs)
     except InputError as error:
-        return None, f"no timing by the log's motions, its rows here: {error}"
+        return None, f"no timing by the log's motions, of which each is a row here: {error}"
     if found.is_good or log.speed_limit is not None:
         return found, None
     if found.held_out_error_percent <= found.poor_error_percent:

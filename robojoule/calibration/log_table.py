@@ -27,7 +27,7 @@ class LogTable:
 
     Attributes:
         source: File it was read from.
-        names: Names of the columns, as the file has them.
+        names: Names of the columns, in small letters.
         values: Numbers of the column at a place, shape (T,); NaN where a cell is empty.
         texts: Texts of the column at a place.
     """
@@ -83,12 +83,12 @@ def read_table(path: Path) -> LogTable:
     try:
         table, rows = _read_parquet(path) if name.endswith(".parquet") else _read_csv(path)
     except (OSError, EOFError, ValueError, csv.Error, zlib.error) as error:
-        raise InputError(f"the log cannot be read ({reason(error)})", file=path) from None
+        raise InputError(f"the table cannot be read ({reason(error)})", file=path) from None
     doubled = sorted({name for name in table.names if table.names.count(name) > 1})
     if doubled:
         raise InputError("this column appears twice", file=path, key=doubled[0])
     if rows == 0:
-        raise InputError("the log has no rows", file=path)
+        raise InputError("the table has no rows", file=path)
     return table
 
 
@@ -98,7 +98,7 @@ def _read_csv(path: Path) -> tuple[LogTable, int]:
     if path.name.lower().endswith(".gz"):
         content = unpacked(content, MOST_LOG_BYTES)
     found = rows_of(decoded(content))
-    names, cells = found.names, found.cells
+    names, cells = [name.casefold() for name in found.names], found.cells
     for number, row in enumerate(cells, start=1):
         if len(row) != len(names):
             raise ValueError(f"row {number} has {counted(len(row), 'cell')}, the header {len(names)}")
@@ -160,4 +160,5 @@ def _read_parquet(path: Path) -> tuple[LogTable, int]:
     def texts(place: int) -> list[str]:
         return [str(value) if value is not None else "" for value in table.column(place).to_pylist()]
 
-    return LogTable(str(path), tuple(table.column_names), values, texts), table.num_rows
+    names = tuple(name.casefold() for name in table.column_names)
+    return LogTable(str(path), names, values, texts), table.num_rows

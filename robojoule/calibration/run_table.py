@@ -73,9 +73,9 @@ class MeasuredRuns:
 
 
 def is_run_table(path: str | Path) -> bool:
-    """Whether a file is a table of runs, not a log: it has a column `move` and one of durations."""
+    """Whether a file is meant as a table of runs, not as a log: it has a column of moves or durations, none of time."""
     names = read_table(as_path(path, "runs")).names
-    return "move" in names and "duration_s" in names
+    return ("move" in names or "duration_s" in names) and "time_s" not in names
 
 
 def read_runs(path: str | Path, moves: Sequence[str]) -> MeasuredRuns:

@@ -120,7 +120,7 @@ class TimingIdentification:
     @property
     def poor_error_percent(self) -> float:
         """Error of motions left out above which a rule does not explain durations that were taken down so. [%]"""
-        return math.hypot(POOR_ERROR_PERCENT, self.rounding_percent)
+        return _poor_error_percent(self.rounding_percent / 100.0)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -142,7 +142,8 @@ class TimingIdentification:
 
     def to_dict(self) -> dict[str, Any]:
         """Rule, figures and errors as plain data, ready for JSON."""
-        names = ("source", "rule", "held_out_error_percent", "nominal_error_percent", "resolution_s")
+        errors = ("held_out_error_percent", "nominal_error_percent", "rounding_percent")
+        names = ("source", "rule", *errors, "resolution_s")
         return {
             **{name: getattr(self, name) for name in names},
             "runs": self.runs,
@@ -256,7 +257,7 @@ def identify_timing(paths: MotionPaths, runs: MeasuredRuns) -> TimingIdentificat
         held_out_error_percent=100.0 * error,
         nominal_error_percent=100.0 * float(np.sqrt(np.mean((nominal / runs.duration_s - 1.0) ** 2))),
         resolution_s=runs.resolution_s,
-        rounding_percent=100.0 * OF_STAMPS * runs.resolution_s * math.sqrt(float(np.mean(runs.duration_s**-2.0))),
+        rounding_percent=100.0 * rounding_error(runs),
         runs=runs.motion.size,
         motions=motions,
         speeds=speeds,
@@ -273,13 +274,24 @@ def checked_durations(paths: MotionPaths, runs: MeasuredRuns) -> Durations:
     return Durations.of(runs.motion, runs.speed_limits[None], runs.duration_s[None], runs.resolution_s)
 
 
-def rule_doubts(error: float) -> tuple[str, ...]:
-    """What to know where the rule misses durations of motions left out by a relative error, a sentence each.
+def rounding_error(runs: MeasuredRuns) -> float:
+    """Root mean square of what the clock's step alone makes of the durations' relative errors. [-]"""
+    return OF_STAMPS * runs.resolution_s * math.sqrt(float(np.mean(runs.duration_s**-2.0)))
+
+
+def _poor_error_percent(rounding: float) -> float:
+    """Error of motions left out above which a rule does not explain durations with such a rounding error [-]. [%]"""
+    return math.hypot(POOR_ERROR_PERCENT, 100.0 * rounding)
+
+
+def rule_doubts(error: float, runs: MeasuredRuns) -> tuple[str, ...]:
+    """What to know where the rule misses motions left out by more than the clock explains, a sentence each.
 
     Args:
-        error: Of the rule, each motion left out in turn. [-]
+        error: Of the rule, each motion left out in turn, relative. [-]
+        runs: The runs that it was fitted to.
     """
-    if not 100.0 * error > POOR_ERROR_PERCENT:
+    if not 100.0 * error > _poor_error_percent(rounding_error(runs)):
         return ()
     return (
         f"no rule of a controller explains the runs: durations of motions left out are missed by {100.0 * error:.0f} "

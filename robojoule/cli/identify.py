@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robojoule.cli._arguments import add_robot, check_outputs, number, numbers, robot_of
 from robojoule.cli._output import show_written
 from robojoule.errors import InputError
+from robojoule.inputs import counted
 
 if TYPE_CHECKING:
     from robojoule.calibration.friction import FrictionIdentification
@@ -214,6 +215,7 @@ def _show_drives(result: dict[str, Any]) -> None:
         )
     for key, title in (("training", "fitted"), ("held_out", "held out"), ("held_out_catalog", "held out, catalog")):
         score = result[key]
-        part = f"{title:18} {score['motions']:4d} motions {score['duration_s']:7.1f} s  R2 {score['r2']:.4f}  "
+        motions = f"{counted(score['motions'], 'motion'):>12}"
+        part = f"{title:18} {motions} {score['duration_s']:7.1f} s  R2 {score['r2']:.4f}  "
         rmse = f"RMSE {score['rmse_w']:.1f} W ({score['rmse_percent']:.2f} %)  "
         print(f"{part}{rmse}energy {score['energy_error_percent']:+.2f} %")

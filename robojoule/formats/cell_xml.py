@@ -27,6 +27,7 @@ from robojoule.programs.cell import (
 )
 
 _TEXTS = ("name", "desc")
+_LISTS = ("lags.", "handovers.", "collisions.")  # in names of places that are those of cell files
 
 
 def read_cells(path: str | Path) -> tuple[Cell, ...]:
@@ -68,8 +69,8 @@ class _Reader:
             operations.only("operation")
             for operation in operations.all("operation"):
                 operation.only(*_TEXTS, "time-compatibility", "spatial-compatibility")
-                lags += self._lags(operation)
-                handovers += self._handovers(operation)
+                lags += self._lags(operation, len(lags))
+                handovers += self._handovers(operation, len(handovers))
         cycle_time = self.instance.one("production-cycle-time")
         try:
             return Cell(
@@ -77,7 +78,8 @@ class _Reader:
             )
         except InputError as error:
             place = self.elements.get(error.key or "", self.instance)
-            raise place.error(error.problem, allowed=error.allowed, key=error.key) from None
+            key = None if (error.key or "").startswith(_LISTS) else error.key
+            raise place.error(error.problem, allowed=error.allowed, key=key) from None
 
     def _robot(self, element: Element, number: int) -> CellRobot:
         element.only(*_TEXTS, "activities", "power-saving-modes")
@@ -181,13 +183,14 @@ class _Reader:
         except InputError as error:
             raise movement.error(error.problem, allowed=error.allowed) from None
 
-    def _lags(self, operation: Element) -> list[TimeLag]:
+    def _lags(self, operation: Element, first: int) -> list[TimeLag]:
         listed = operation.maybe("time-compatibility")
         if listed is None:
             return []
         listed.only("time-lag")
         lags = []
-        for element in listed.all("time-lag"):
+        for number, element in enumerate(listed.all("time-lag"), start=first):
+            self.elements[f"lags.{number}"] = element
             element.only("from-activity", "to-activity", "length", "height")
             lags.append(
                 TimeLag(
@@ -205,7 +208,7 @@ class _Reader:
             raise element.error(f"there is no activity {shown(aid)}")
         return aid
 
-    def _handovers(self, operation: Element) -> list[Handover]:
+    def _handovers(self, operation: Element, before: int) -> list[Handover]:
         listed = operation.maybe("spatial-compatibility")
         if listed is None:
             return []
@@ -219,7 +222,11 @@ class _Reader:
             (first, one), (second, other) = sorted(
                 ends, key=lambda end: list(self.elements).index(f"activity {end[0]}")
             )
-            found.setdefault((first, second), []).append((one, other))
+            pairs = found.setdefault((first, second), [])
+            key = f"handovers.{before + list(found).index((first, second))}"
+            self.elements.setdefault(key, pair)
+            self.elements[f"{key}.pairs.{len(pairs)}"] = pair
+            pairs.append((one, other))
         return [Handover(first, second, tuple(pairs)) for (first, second), pairs in found.items()]
 
     def _choice_activity(self, element: Element) -> str:
@@ -233,7 +240,7 @@ class _Reader:
         if zones is None:
             return []
         zones.only("collision-pair")
-        found = []
+        found: list[Collision] = []
         for pair in zones.all("collision-pair"):
             pair.only("location", "movement")
             ends = [
@@ -242,5 +249,6 @@ class _Reader:
             ]
             if len(ends) != 2:
                 raise pair.error(f"<collision-pair> holds {len(ends)} choices", allowed="two")
+            self.elements[f"collisions.{len(found)}"] = pair
             found.append(Collision(*ends))
         return found

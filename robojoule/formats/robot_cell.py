@@ -138,11 +138,11 @@ class RobotCell:
             raise InputError(f"the robot {shown(twice[0])} appears twice")
         for one in self.robots:
             _check_robot(one)
-        for handover in self.handovers:
-            self._check_handover(handover)
-        for zone in self.zones:
-            for place in zone.members:
-                self._check_place(f"zone '{zone.name}'", place)
+        for number, handover in enumerate(self.handovers):
+            self._check_handover(handover, f"handovers.{number}")
+        for number, zone in enumerate(self.zones):
+            for member, place in enumerate(zone.members):
+                self._check_place(place, f"zones.{number}.members.{member}")
 
     def __repr__(self) -> str:
         return f"RobotCell({self.name!r}: robots={len(self.robots)}, cycle_time_s={self.cycle_time_s:.6g})"
@@ -151,30 +151,30 @@ class RobotCell:
         """A robot by its name."""
         return next(one for one in self.robots if one.name == name)
 
-    def _check_place(self, what: str, place: Place) -> None:
+    def _check_place(self, place: Place, key: str) -> None:
         names = [one.name for one in self.robots]
         if place.robot not in names:
-            raise unknown_name("robot", place.robot, names, f"{what}: {', '.join(names)}")
+            found = unknown_name("robot", place.robot, names)
+            raise InputError(found.problem, key=key, allowed=found.allowed)
         steps = [one.name for one in self.robot(place.robot).program.tree.atomic()]
         if place.operation not in steps:
             found = unknown_name("operation", place.operation, steps)
-            raise InputError(f"{what}: {found.problem}", key=f"robot {place.robot}", allowed=found.allowed)
+            raise InputError(f"{found.problem} of robot {place.robot}", key=key, allowed=found.allowed)
 
-    def _check_handover(self, handover: PartHandover) -> None:
-        what = "hand-over"
-        for place in (handover.first, handover.second):
-            self._check_place(what, place)
+    def _check_handover(self, handover: PartHandover, key: str) -> None:
+        for end, place in (("first", handover.first), ("second", handover.second)):
+            self._check_place(place, f"{key}.{end}")
         if handover.first.robot == handover.second.robot:
-            raise InputError("a hand-over joins two steps of one robot", key=f"robot {handover.first.robot}")
-        as_number(handover.lag_s, "lag_s", least=0.0, most=LONGEST_S, unit="s")
-        as_number(handover.cycles, "cycles", least=-1000.0, most=1000.0, unit="cycles")
-        for pair in handover.poses or ():
+            raise InputError(f"a hand-over joins two steps of one robot, {handover.first.robot}", key=key)
+        as_number(handover.lag_s, f"{key}.lag_s", least=0.0, most=LONGEST_S, unit="s")
+        as_number(handover.cycles, f"{key}.cycles", least=-1000.0, most=1000.0, unit="cycles")
+        for number, pair in enumerate(handover.poses or ()):
             for place, pose in zip((handover.first, handover.second), pair, strict=True):
                 one = self.robot(place.robot)
                 known = one.poses(move_before(one.program, place.operation))
                 if pose not in known:
-                    problem = f"{what}: {place} has no pose {shown(pose)}"
-                    raise InputError(problem, key=f"robot {one.name}", allowed=", ".join(known))
+                    problem = f"{place} has no pose {shown(pose)}"
+                    raise InputError(problem, key=f"{key}.poses.{number}", allowed=", ".join(known))
 
 
 def move_before(program: Program, operation: str) -> str:

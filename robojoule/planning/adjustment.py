@@ -67,6 +67,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
     written = write_plan(tree, graph, timed, whole.speed_limits, timed.durations_s, program.wait_step_s)
     written = program.placed(written)
     run = scaled(simulate_trees(batch, [[written]])[0][0], factor, batch.idle_post_w)
+    bound_j = timed.bound_j - max(timed.cycle_time_s - run.cycle_time_s, 0.0) * float(batch.idle_post_w.max())
     return plan_of(
         program,
         batch,
@@ -74,7 +75,7 @@ def adjusted(program: Program, batch: TreeBatch, full_speed: OperationTree, meas
         (run, as_ran, at_full),
         float(batch.idle_post_w[-1]),
         least_cycle_time_s=least_s,
-        bound_j=run.energy_j,
+        bound_j=min(bound_j, run.energy_j),
         warnings=(
             *plan_warnings(written, run, as_ran),
             f"motions take {factor:.4f} times their simulated durations, all alike: a table of runs tells more",

@@ -20,7 +20,7 @@ from robojoule.planning.speed_choice import (
     TOLERANCE,
     Outlook,
     cautious_energies,
-    choose_speeds,
+    choose_with_excess,
     controller_limits,
     late_probability,
     saving_interval,
@@ -46,6 +46,7 @@ class MeasuredPlan:
     Attributes:
         written: The tree with the plan.
         run: One cycle of it, by the profiles.
+        bound_j: No plan takes less, by the profiles that were chosen by. [J]
         given: One cycle of the program as given, by the profiles.
         fastest: One cycle at full speed, by the profiles.
         least_cycle_s: Least cycle time by the profiles. [s]
@@ -57,6 +58,7 @@ class MeasuredPlan:
 
     written: OperationTree
     run: CycleRun
+    bound_j: float
     given: CycleRun
     fastest: CycleRun
     least_cycle_s: float
@@ -124,12 +126,12 @@ def plan_on_measurements(
     required_s = float(waits.sum()) + reserve_s
     if batch.robot.standby:
         waits[-1, 1] += reserve_s
-        places, waits = _with_standby(batch, profiles, waits, wanted_s, cautious, allowed)
+        places, waits, excess_j = _with_standby(batch, profiles, waits, wanted_s, cautious, allowed)
     else:
-        found = choose_speeds(profiles, wanted_s - required_s, cautious=cautious, allowed=allowed)
+        found = choose_with_excess(profiles, wanted_s - required_s, cautious=cautious, allowed=allowed)
         if found is None:
             raise CycleTimeTooShort(wanted_s, least_s + reserve_s)
-        places = found
+        places, excess_j = found
     rows = np.arange(len(places))
     durations = profiles.duration_s[rows, places]
     slack_s = wanted_s - required_s - float(durations.sum())
@@ -165,15 +167,26 @@ def plan_on_measurements(
         saving_low_percent=low if measured_energies else None,
         saving_high_percent=high if measured_energies else None,
     )
-    warnings = _warnings(profiles, places, slack_s, allowed)
+    warnings = _warnings(profiles, runs, places, slack_s, allowed)
     return MeasuredPlan(
-        written, run, given, fastest, least_s, reserve_s, float(profiles.idle_w[-1, 1]), outlook, warnings
+        written,
+        run,
+        run.energy_j - excess_j,
+        given,
+        fastest,
+        least_s,
+        reserve_s,
+        float(profiles.idle_w[-1, 1]),
+        outlook,
+        warnings,
     )
 
 
-def _warnings(profiles: MeasuredProfiles, places: Index, slack_s: float, allowed: Mask) -> tuple[str, ...]:
+def _warnings(
+    profiles: MeasuredProfiles, runs: MeasuredRuns, places: Index, slack_s: float, allowed: Mask
+) -> tuple[str, ...]:
     """What the runs leave open: slower moves might save more, but how slow ones behave was not measured."""
-    doubts = rule_doubts(profiles.held_out_error)
+    doubts = rule_doubts(profiles.held_out_error, runs)
     lowest = allowed.argmax(axis=1)
     stuck = int(np.count_nonzero((places == lowest) & (allowed.sum(axis=1) > 1)))
     if slack_s <= SAME_TIME_S or stuck == 0:
@@ -211,8 +224,11 @@ def _with_standby(
     cycle_s: float,
     cautious: bool,
     allowed: Mask,
-) -> tuple[Index, Array]:
-    """Speed limits (M,) as places in the profiles', and waits (M, 2) [s], by the standby modes of the controller."""
+) -> tuple[Index, Array, float]:
+    """Speed limits (M,) as places in the profiles', and waits (M, 2) [s], by the standby modes of the controller.
+
+    The third is by how much others may take less energy. [J]
+    """
     places = standstills_of(
         required_s, profiles.idle_w, batch.robot.standby, closed=closes(batch.trees[0]), step_s=WAIT_STEP_S
     )
@@ -223,7 +239,8 @@ def _with_standby(
     best = search.best(places.offers(), durations, [row[at] for row, at in zip(energies, where, strict=True)])
     chosen_s = sum(float(one[k]) for one, k in zip(durations, best.motions, strict=True))
     waits = best.waits_s(places, required_s, cycle_s - chosen_s)
-    return np.array([at[k] for at, k in zip(where, best.motions, strict=True)]), waits
+    chosen = np.array([at[k] for at, k in zip(where, best.motions, strict=True)])
+    return chosen, waits, max(best.energy_j - best.bound_j, 0.0)
 
 
 def _held(batch: TreeBatch, profiles: MeasuredProfiles, waits_s: Array, closed: bool) -> tuple[Array, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robojoule.arrays import Array
 from robojoule.calibration.run_table import MeasuredRuns
-from robojoule.calibration.timing import rule_doubts
+from robojoule.calibration.timing import POOR_ERROR_PERCENT, rule_doubts
 from robojoule.errors import CycleTimeTooShort, InputError
 from robojoule.formats.program import Program
 from robojoule.inputs import as_flag, shown
@@ -211,7 +211,7 @@ def planned_on_runs(program: Program, batch: TreeBatch, runs: MeasuredRuns, wish
         (found.run, found.given, found.fastest),
         float(found.idle_end_w),
         least_cycle_time_s=found.least_cycle_s,
-        bound_j=found.run.energy_j,
+        bound_j=found.bound_j,
         warnings=(*plan_warnings(found.written, found.run, found.given), *found.warnings),
         reserve_s=found.reserve_s,
         profiles=wish.profiles,
@@ -248,10 +248,15 @@ def trade_off(
     known, _ = profiles_of_runs(batch, runs, given, speed_step=0.01)
     if cautious:
         known = replace(known, energy_j=cautious_energies(known))
-    return replace(trade_off_on(within_range(batch, known), batch), warnings=rule_doubts(known.held_out_error))
+    return replace(trade_off_on(within_range(batch, known), batch), warnings=rule_doubts(known.held_out_error, runs))
 
 
 def _timing_doubts(batch: TreeBatch) -> tuple[str, ...]:
     """What to know about a timing that was learnt, a sentence each."""
     controller = batch.robot.controller
-    return () if controller is None else rule_doubts(controller.duration_error)
+    if controller is None or not 100.0 * controller.duration_error > POOR_ERROR_PERCENT:
+        return ()
+    return (
+        f"the controller's timing is known to {100.0 * controller.duration_error:.0f} % of a motion's duration only: "
+        "keep a reserve, or learn it from runs by a finer clock",
+    )

@@ -37,7 +37,8 @@ class Plan:
         energy_given_j: Energy of the program as given, its waits in standby where the controller has that. [J]
         energy_unoptimized_j: Energy with all moves but the fixed ones at full speed and a wait at the end until the
             cycle time. [J]
-        bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step. [J]
+        bound_j: Proven lower bound of the energy of every plan for this cycle time in speed limits of this step, by the
+            profiles that were planned on. [J]
         warnings: What to know before the plan is used, a sentence each.
         reserve_s: Slack that the plan keeps as a wait at its end. [s]
         profiles: Where its energy profiles come from: simulated, predicted or measured.

@@ -136,15 +136,16 @@ def move_profile(
         profiles,
     )
     distinct = np.searchsorted(limits, believed.speed_limits)
-    # Where a duration was measured, what the rule does not tell is known but for the stamps.
+    # Where a duration was measured, what the rule does not tell is known but for the stamps; coarse ones add nothing.
+    single_s = found.single_deviations_s(row)
     stamped_s = np.maximum(found.duration_deviation_s[row], OF_STAMPS * runs.resolution_s)
-    deviation_s = np.where(np.isin(limits, own), stamped_s, found.single_deviations_s(row))
+    deviation_s = np.where(np.isin(limits, own), np.minimum(stamped_s, single_s), single_s)
     around_s = NORMAL_QUANTILE * deviation_s[distinct]
     return replace(
         believed,
         low_s=frozen(np.maximum(believed.durations_s - around_s, 0.0)),
         high_s=frozen(believed.durations_s + around_s),
-        doubts=(*believed.doubts, *rule_doubts(found.held_out_error)),
+        doubts=(*believed.doubts, *rule_doubts(found.held_out_error, runs)),
         measured_speed_limits=frozen(own),
         rule=found.rule,
         idle_power_start_w=float(found.idle_start_w[row]),

@@ -96,6 +96,14 @@ def choose_speeds(
     Returns:
         Of each motion, its place in the profiles' speed limits, shape (M,); None where the fastest ones do not fit.
     """
+    found = choose_with_excess(profiles, budget_s, cautious=cautious, allowed=allowed)
+    return None if found is None else found[0]
+
+
+def choose_with_excess(
+    profiles: MeasuredProfiles, budget_s: float, *, cautious: bool = False, allowed: Mask | None = None
+) -> tuple[Index, float] | None:
+    """Speed limits as `choose_speeds` has them, and by how much others may take less energy, as it judges it. [J]"""
     energies = cautious_energies(profiles) if cautious else profiles.energy_j
     costs = energies - profiles.idle_w.min() * profiles.duration_s
     where = [np.flatnonzero(row) for row in (profiles.allowed if allowed is None else allowed)]
@@ -111,17 +119,21 @@ def choose_speeds(
     first = least(costs)
     if first is None:
         return None
+
+    def judged(places: Index) -> tuple[Index, float]:
+        return places, max(float(costs[rows, places].sum()) - first.bound_j, 0.0)
+
     places = _places(first, where)
     deviation_s = profiles.cycle_deviation_s(places)
     if deviation_s <= 0.0:
-        return places
+        return judged(places)
     # The deviation, a root of a sum over motions, by its slope at the first choice: so costs stay those of motions.
     doubt_j = first.price_w * profiles.lasting_deviation_s**2 / (2.0 * deviation_s)
     least_j = sum(float(row[at].min()) for row, at in zip(doubt_j, where, strict=True))
     if float(doubt_j[rows, places].sum()) - least_j <= tolerance:
-        return places
+        return judged(places)
     surer = least(costs + doubt_j)
-    return places if surer is None else _places(surer, where)
+    return judged(places if surer is None else _places(surer, where))
 
 
 def _places(choice: Choice, where: Sequence[Index]) -> Index:

@@ -218,22 +218,26 @@ class Cell:
         object.__setattr__(self, "dynamic", {one.name: one for one in dynamic})
         for robot in self.robots:
             _check_robot(robot)
-        for lag in self.lags:
-            self._check_pair("time lag", lag.first, lag.second)
+        for place, lag in enumerate(self.lags):
+            key = f"lags.{place}"
+            self._check_pair("time lag", lag.first, lag.second, key)
             if not (abs(lag.length_s) <= LONGEST_S and isinstance(lag.cycles, int) and abs(lag.cycles) <= 1000):
-                raise InputError(f"the lag of {shown(lag.length_s)} s over {shown(lag.cycles)} cycles is out of range")
-        for handover in self.handovers:
-            self._check_pair("hand-over", handover.first, handover.second)
+                problem = f"the lag of {shown(lag.length_s)} s over {shown(lag.cycles)} cycles is out of range"
+                raise InputError(problem, key=key)
+        for place, handover in enumerate(self.handovers):
+            key = f"handovers.{place}"
+            self._check_pair("hand-over", handover.first, handover.second, key)
             for activity in (handover.first, handover.second):
                 if activity not in self.static:
-                    raise InputError("a hand-over needs static activities", key=f"activity {activity}")
-            for pair in handover.pairs:
+                    raise InputError(f"a hand-over needs static activities, not {shown(activity)}", key=key)
+            for number, pair in enumerate(handover.pairs):
                 for activity, location in zip((handover.first, handover.second), pair, strict=True):
-                    self._check_choice(Choice(activity, location))
-        for collision in self.collisions:
-            self._check_pair("collision", collision.first.activity, collision.second.activity)
+                    self._check_choice(Choice(activity, location), f"{key}.pairs.{number}")
+        for place, collision in enumerate(self.collisions):
+            key = f"collisions.{place}"
+            self._check_pair("collision", collision.first.activity, collision.second.activity, key)
             for choice in collision:
-                self._check_choice(choice)
+                self._check_choice(choice, key)
 
     def __repr__(self) -> str:
         return (
@@ -245,21 +249,22 @@ class Cell:
         """Dynamic activities that leave a static one."""
         return tuple(one for one in self.dynamic.values() if one.start == static)
 
-    def _check_pair(self, what: str, first: str, second: str) -> None:
+    def _check_pair(self, what: str, first: str, second: str, key: str) -> None:
         for name in (first, second):
             if name not in self.robot_of:
-                raise InputError(f"the {what} names the activity {shown(name)}, which does not exist")
+                raise InputError(f"the {what} names the activity {shown(name)}, which does not exist", key=key)
         if self.robot_of[first] == self.robot_of[second]:
-            raise InputError(f"the {what} joins two activities of one robot", key=f"activity {first}")
+            names = f"{shown(first)} and {shown(second)}"
+            raise InputError(f"the {what} joins two activities of one robot, {names}", key=key)
 
-    def _check_choice(self, choice: Choice) -> None:
+    def _check_choice(self, choice: Choice, key: str) -> None:
         if choice.activity in self.static:
             kind, known = "location", [one.name for one in self.static[choice.activity].locations]
         else:
             kind, known = "movement", [one.name for one in self.dynamic[choice.activity].movements]
         if choice.option not in known:
-            problem = f"there is no {kind} {shown(choice.option)}"
-            raise InputError(problem, key=f"activity {choice.activity}", allowed=", ".join(known[:20]))
+            problem = f"activity {shown(choice.activity)} has no {kind} {shown(choice.option)}"
+            raise InputError(problem, key=key, allowed=", ".join(known[:20]))
 
 
 def _check_robot(robot: CellRobot) -> None:
@@ -344,4 +349,6 @@ def _check_tour(robot: CellRobot, key: str) -> None:
 def _unique(what: str, names: Iterable[str], key: str | None = None) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(f"the {what} {shown(twice[0])} appears twice", key=key)
+        raise InputError(
+            f"the {what} {shown(twice[0])} appears twice", key=f"{what} {twice[0]}" if key is None else key
+        )

@@ -46,3 +46,11 @@ def observed(paths, controller, limits, *, stamp_s=STAMP_S, energies=True, seed=
         rows.append((motion, each, seen, energy if energies else np.full(motion.size, np.nan)))
     motions, all_limits, durations, measured = (np.concatenate(column) for column in zip(*rows, strict=True))
     return MeasuredRuns("runs.csv", motions, all_limits, durations, measured, stamp_s)
+
+
+def by_a_stopwatch(paths, controller, limits, step_s=0.1):
+    """Each motion at each of some speed limits, its duration rounded by itself."""
+    run = paths.with_controller(controller).simulate(np.tile(limits, (paths.motions, 1)))
+    seconds = step_s * np.round(run.duration_s.T.ravel() / step_s)
+    moves = np.tile(np.arange(paths.motions), len(limits))
+    return MeasuredRuns("runs.csv", moves, np.repeat(limits, paths.motions), seconds, run.energy_j.T.ravel(), step_s)

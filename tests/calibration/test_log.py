@@ -101,6 +101,11 @@ CASES = {
     "gap": (columns(time_s=GAP), "gap of 0.504 s after row 200 (t = 0.7960 s)"),
     "too coarse": (columns(time_s=10.0 * TIME), "the samples are 0.04 s apart"),
     "milliseconds": (columns(time_s=1000.0 * TIME), "looks like milliseconds"),
+    "a clock of 1 s": (
+        columns(time_s=np.floor(TIME)),
+        "time_s: the clock's step of 1 s is too long: some 250 rows have one instant; allowed: at most 0.02 s",
+    ),
+    "a clock of 0.1 s": (columns(time_s=0.1 * np.floor(10.0 * TIME)), "the clock's step of 0.1 s is too long: some 25"),
     "degrees as radians": (with_degrees("rad"), "the columns look like degrees (name them q1_deg ..)"),
     "beyond a limit": (cell("q2_rad", 30, 1.4), "row 31: 1.4 rad is beyond the limits of joint_2"),
     "a jump": (cell("q1_rad", 30, 3.0), "the limit of joint_1; are time and positions in the units"),
@@ -143,13 +148,13 @@ def test_unreadable_files(tmp_path, robot):
         read_log(tmp_path / "log.xls", robot)
     whole = save(tmp_path, columns(), ".parquet").read_bytes()
     (tmp_path / "cut.parquet").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match=r"cut.parquet: the log cannot be read"):
+    with pytest.raises(InputError, match=r"cut.parquet: the table cannot be read"):
         read_log(tmp_path / "cut.parquet", robot)
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(InputError, match="the log cannot be read"):
+    with pytest.raises(InputError, match="the table cannot be read"):
         read_log(tmp_path / "empty.csv", robot)
     (tmp_path / "header.csv").write_text("time_s,power_w\n")
-    with pytest.raises(InputError, match="the log has no rows"):
+    with pytest.raises(InputError, match="the table has no rows"):
         read_log(tmp_path / "header.csv", robot)
     (tmp_path / "doubled.csv").write_text("time_s,power_w,power_w\n0,1,2\n")
     with pytest.raises(InputError, match="power_w: this column appears twice"):
@@ -222,3 +227,13 @@ def test_rows_in_messages_are_those_of_the_file_where_packets_came_twice(tmp_pat
     table = {name: np.asarray(values)[twice] for name, values in columns(time_s=time).items()}
     with pytest.raises(InputError, match=re.escape(message)):
         read_log(save(tmp_path, table), robot)
+
+
+def test_a_clock_coarser_than_the_samples_is_told_and_doubled_packets_are_not(tmp_path, robot):
+    coarse = read_log(save(tmp_path, columns(time_s=0.01 * np.floor(TIME / 0.01 + 1e-9))), robot)
+    assert coarse.clock_step_s == pytest.approx(0.01)
+    (warning,) = coarse.clock_warnings
+    assert warning.startswith("the clock's step of 10 ms is longer than that of the samples")
+    doubled = {name: np.repeat(values, 2) for name, values in columns().items()}
+    for fine in (columns(), doubled):
+        assert read_log(save(tmp_path, fine), robot).clock_warnings == ()

@@ -33,6 +33,7 @@ def test_moves_by_name_or_number_and_missing_energies(tmp_path):
         (PLAIN.replace(",", "\t"), "utf-16"),
         (PLAIN.replace("_j\n", "_j\n-,%,s,[J]\n", 1).replace("to part", "zum Stück"), "latin-1"),
         ("\n" + PLAIN.replace("\n", "\r\n"), "utf-8-sig"),
+        (PLAIN.replace("move", "Move", 1).replace("duration_s", "Duration_s").replace("energy_j", "Energy_J"), "utf-8"),
     ],
 )
 def test_dialects_of_spreadsheets(tmp_path, text, encoding):
@@ -59,6 +60,12 @@ def test_dialects_of_spreadsheets(tmp_path, text, encoding):
 def test_what_cannot_be_used_is_refused_with_its_place(tmp_path, changed, message):
     with pytest.raises(InputError, match=message):
         read_runs(written(tmp_path, PLAIN.replace(*changed, 1)), MOVES)
+
+
+def test_what_is_meant_as_a_table_of_runs_is_not_taken_for_a_log(tmp_path):
+    assert is_run_table(written(tmp_path, PLAIN.replace("duration_s", "seconds", 1)))
+    assert is_run_table(written(tmp_path, PLAIN.replace("move", "motion", 1)))
+    assert not is_run_table(written(tmp_path, "time_s,q1_rad,power_w,move\n0,0,500,1\n"))
 
 
 def test_runs_cannot_be_changed(tmp_path):

@@ -75,7 +75,7 @@ FAULTS = {
     "negative": (XML.replace('degree="-1" coeff="700"', 'degree="0" coeff="-7000"'), '<movement mid="1"', "falls to -"),
     "power mode": (XML.replace('consumption pid="0"', 'consumption pid="7"'), "<consumption pid", "unknown power mode '7'"),
     "no power": (XML.replace("<expected-input-power>280</expected-input-power>", ""), '<static-activity aid="4"', "lacks the power"),
-    "location": (XML.replace('aid="5" lid="0"', 'aid="5" lid="9"', 1), '<static-activity aid="5"', "no location '9'"),
+    "location": (XML.replace('lid="1"/><location aid="5" lid="0"', 'lid="1"/><location aid="5" lid="9"', 1), '<compatible-pair><location aid="1"', "activity '5' has no location '9'"),
     "three in a pair": (XML.replace('<movement aid="6" mid="0"/>', '<movement aid="6" mid="0"/>' * 2), "<collision-pair>", "holds 3 choices"),
     "entities": (XML.replace("<dataset>", '<!DOCTYPE d [<!ENTITY a "b">]>\n<dataset>'), "<!DOCTYPE", "document type"),
     "deep": (XML.replace("<name>left</name>", "<desc>" * 40 + "</desc>" * 40), "<desc>", "nested more than 32 deep"),

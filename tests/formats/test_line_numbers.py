@@ -14,6 +14,20 @@ FAULTS = {
     "bad value": ("cycle_time_s: 9.0", "cycle_time_s: nine", "cycle_time_s: nine", "cycle_time_s: input should be"),
     "in a list": ("least_idle_s: 1.0", "least_idle_s: -1.0", "least_idle_s: -1.0", "robots.0.modes.1.least_idle_s"),
     "an activity": ("longest_s: 0.9", "longest_s: 0.1", "name: a2\n", "activity a2: the window"),
+    "a lag": ("first: b1>b0", "first: zz", "- first: zz", "lags.0: the time lag names the activity 'zz'"),
+    "a lag in a robot": (
+        "first: b1>b0",
+        "first: a0",
+        "- first: a0",
+        "lags.0: the time lag joins two activities of one robot, 'a0' and 'a1'",
+    ),
+    "a hand-over": (
+        "handovers:\n- first: a1",
+        "handovers:\n- first: a0>a1",
+        "- first: a0>a1",
+        "handovers.0: a hand-over needs static activities, not 'a0>a1'",
+    ),
+    "twice": ("name: a2\n", "name: b1\n", "name: b1\n", "activity b1: the activity 'b1' appears twice"),
     "a robot": ("last: b0", "last: b0>b1", "name: B\n", "robot B: the last activity"),
 }
 

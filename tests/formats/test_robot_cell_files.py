@@ -119,3 +119,30 @@ def test_faults_are_named(tmp_path: Path, data: dict, change, problem: str):
     message = str(caught.value)
     assert problem in message and "\n" not in message
     assert "cell.yaml" in message or "none.yaml" in message
+
+
+PLACES = {
+    "a step": ("operation: lay down", "operation: lay", "handovers.0.first: unknown operation 'lay'"),
+    "a pose": (
+        "[[place 1, place 1],",
+        "[[place 1, place 9],",
+        "handovers.0.poses.0: 'weld' of welder has no pose 'place 9'",
+    ),
+    "a zone": (
+        "{robot: unloader, operation: take}\n",
+        "{robot: x, operation: take}\n",
+        "zones.0.members.2: unknown robot",
+    ),
+}
+
+
+@pytest.mark.parametrize(("good", "bad", "problem"), PLACES.values(), ids=PLACES)
+def test_the_line_of_a_hand_over_or_zone_is_named(tmp_path: Path, good: str, bad: str, problem: str):
+    text = (EXAMPLES / "robot_cell.yaml").read_text(encoding="utf-8")
+    at = text.index(good, text.index("zones:" if "robot: x" in bad else "handovers:"))
+    path = tmp_path / "cell.yaml"
+    path.write_text(text[:at] + bad + text[at + len(good) :], encoding="utf-8")
+    line = text[:at].count("\n") + 1
+    with pytest.raises(InputError) as caught:
+        rj.load_cells(path)
+    assert f"cell.yaml, line {line}, {problem}" in str(caught.value)

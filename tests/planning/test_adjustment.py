@@ -41,6 +41,8 @@ def test_a_measured_cycle_brings_the_plan_back_into_its_time(case):
     late = executed(paths, machine, again)[0] / plan.cycle_time_s - 1.0
     assert abs(late) < 0.2 * (measured / plan.cycle_time_s - 1.0)
     assert "times their simulated durations" in again.warnings[-1]
+    assert again.bound_j < again.energy_j  # what is proven, not the plan's own energy
+    assert again.gap_to_optimum_percent < 0.01
 
 
 def test_a_machine_as_simulated_keeps_its_plan(case):

@@ -7,7 +7,7 @@ import robojoule as rj
 from robojoule.calibration.run_table import MeasuredRuns
 from robojoule.errors import InputError
 from robojoule.programs.operation_tree import tree_from_configurations
-from tests.calibration.machines import closed_cycle, joint_controller, observed
+from tests.calibration.machines import by_a_stopwatch, closed_cycle, joint_controller, observed
 from tests.core_cases import kr16
 from tests.planning.blended_trees import carrying, there_and_back
 
@@ -48,6 +48,16 @@ def test_measured_profiles_are_those_of_the_machine(cycle, runs):
     assert found.speed_limits.min() >= 0.85 * 0.3  # no profile much below what was measured
     simulated = rj.energy_profile(kr16(), program=cycle[1], move=MOVE)
     assert found.durations_s[-1] > 1.1 * simulated.durations_s[-1]  # the entry's controller is faster
+
+
+def test_a_coarse_stamp_makes_a_duration_no_less_sure_than_it_is_without(cycle):
+    paths, program, _ = cycle
+    runs = by_a_stopwatch(paths, joint_controller(paths.robot), (1.0, 0.5, 0.25))
+    profile = rj.energy_profile(kr16(), program=program, move=MOVE, runs=runs, points=40)
+    width = profile.high_s - profile.low_s
+    at = int(np.argmin(np.abs(profile.speed_limits - 0.5)))
+    assert profile.speed_limits[at] in profile.measured_speed_limits
+    assert 0.0 < width[at] <= 1.2 * max(width[at - 1], width[at + 1])
 
 
 def test_runs_tell_simulated_profiles_the_timing_alone(cycle, runs):

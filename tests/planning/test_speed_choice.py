@@ -10,6 +10,7 @@ from scipy import stats
 from robojoule.planning.speed_choice import (
     cautious_energies,
     choose_speeds,
+    choose_with_excess,
     controller_limits,
     late_probability,
     saving_interval,
@@ -51,6 +52,9 @@ def test_no_other_choice_costs_less(profiles, slack):
     best = min(cost(np.array(one)) for one in product(range(5), repeat=5))
     found = choose_speeds(profiles, budget)
     assert cost(found) <= best + 1e-4 * abs(best)
+    same, excess_j = choose_with_excess(profiles, budget)
+    assert (same == found).all()
+    assert cost(found) - best - 1e-9 * abs(best) <= excess_j <= 1e-4 * abs(best)
 
 
 def test_of_equal_choices_the_one_whose_duration_is_surer_is_taken(profiles):

@@ -29,6 +29,7 @@ from robojoule.planning.cells.numbering import Numbering
 _SHARE = 5e-4  # of the objective that the tangents of the relaxation may miss: robots get their own ones later
 _OFFSETS_W = (-3.0, 0.0, 3.0)  # from a robot's price of time, at which it gets tangents
 _ROUNDS = 3
+_LEAST_J = 1e-6  # of a bound that a share is taken of: robots may cost nothing
 
 
 class PricedRobots:
@@ -101,7 +102,7 @@ class PricedRobots:
         robot, n = self._robots[r], self.numbers
         t = robot.movements
         for _ in range(_ROUNDS):
-            gap = tolerance_j / max(abs(self.bounds_j[r]), tolerance_j)
+            gap = min(tolerance_j / max(abs(self.bounds_j[r]), _LEAST_J), 1.0)
             found = robot.program.solve(replace(limits, gap=gap))
             if -INF < found.bound < INF:
                 self.bounds_j[r] = max(self.bounds_j[r], found.bound)

@@ -16,6 +16,7 @@ SECONDS = 10.0  # for each question, at most
 _LONGER = (1.5, 2.5, 5.0, 1.1)  # shares of the cycle time that are tried: long ones are the easiest
 _SLICE = 0.25  # of the time that is left, for one cycle time
 _CLOSE = 1e-3  # of the least cycle time that is named
+_SAME_S = 1e-6  # by which shortest cycles may differ by rounding
 _ANY_PLAN = 1e6  # gap at which the first plan is enough
 
 T = TypeVar("T")
@@ -45,6 +46,24 @@ def contradicting_handovers(cell: Cell, limits: Limits) -> tuple[Handover, ...]:
         return found.program.solve(brief(limits)).status == "infeasible"
 
     return _irreducible(cell.handovers, contradict, brief(limits).until)
+
+
+def binding_handovers(model: CellModel, best: float, limits: Limits) -> tuple[Handover, ...]:
+    """Hand-overs without which a shortest or longest cycle would not be what it is, likewise; none if it were.
+
+    Args:
+        model: Of all robots with a free cycle time.
+        best: The least value of its objective. [s]
+        limits: When to end at the latest, threads and seed of the solver.
+    """
+    numbers = model.numbers
+
+    def bind(handovers: Sequence[Handover]) -> bool:
+        fewer = CellModel(Numbering(replace(numbers.cell, handovers=tuple(handovers))), free_cycle_time=True)
+        fewer.program.cost[fewer.CT] = model.program.cost[model.CT]
+        return fewer.program.solve(brief(limits)).bound > best - _SAME_S
+
+    return () if bind(()) else _irreducible(numbers.cell.handovers, bind, brief(limits).until)
 
 
 def _irreducible(all_of: Sequence[T], contradict: Callable[[Sequence[T]], bool], until: float) -> tuple[T, ...]:

@@ -1,5 +1,6 @@
 """Bounds of robots that pay for time lags and hand-overs: below proven optima at whatever prices, and close to them."""
 
+from dataclasses import replace
 from functools import cache
 from time import monotonic
 
@@ -11,8 +12,9 @@ from robojoule.planning.cells.constructive import plan_alone
 from robojoule.planning.cells.linear import INF, Limits, LinearModel
 from robojoule.planning.cells.numbering import Numbering
 from robojoule.planning.cells.solve import solve_cell
+from robojoule.programs.cell import TimeLag
 from tests.planning.cells.brute_force import optimum_j
-from tests.planning.cells.cases import generated, two_robots
+from tests.planning.cells.cases import free_of_charge, generated, two_robots
 from tests.planning.cells.test_phases import with_lag
 
 CELLS = [(2, 0, (4, 6)), (2, 1, (4, 6)), (3, 6, (3, 4))]
@@ -83,6 +85,15 @@ def test_a_stopped_relaxation_gives_no_prices_and_no_false_bound():
     assert relaxed == robots.bound_j == -INF and not np.any(prices)
 
 
+def test_robots_that_cost_nothing_have_a_bound():
+    """The tolerance of such a robot, a share of its energy, is zero, too."""
+    robots = PricedRobots(Numbering(free_of_charge()))
+    robots.price(robots.relax(Limits())[1], Limits())
+    for r in robots.bounds_j:
+        robots.solve(r, Limits(), 0.0)
+    assert robots.bound_j == pytest.approx(0.0, abs=1e-9)
+
+
 def test_rows_are_paid_for_by_their_prices():
     """By hand: min x + y with x + y >= 2 and x - y <= 1, at prices 0.5 and -0.25."""
     program = LinearModel()
@@ -93,3 +104,25 @@ def test_rows_are_paid_for_by_their_prices():
     assert cost.tolist() == [1.0 - 0.5 + 0.25, 1.0 - 0.5 - 0.25] and constant == 0.5 * 2.0 - 0.25
     cost, constant = program.priced(rows, [-0.5, 0.25])  # of the wrong sign
     assert cost.tolist() == [1.0, 1.0] and constant == 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_random_lags_over_several_cycles_keep_it_below_and_whole_cycles_change_nothing(seed):
+    """Robots that start whole cycles earlier or later, with their lags, have the same optimum; some cost nothing."""
+    rng = np.random.default_rng(seed)
+    cell = generated(2, 40 + seed, (2, 4))
+    ends = [[one.name for one in (*robot.static, *robot.dynamic)] for robot in cell.robots]
+    lags = list(cell.lags)
+    for _ in range(3):
+        first, second = rng.permutation(2).tolist()
+        length = float(rng.uniform(-2.0, 4.0)) * cell.cycle_time_s
+        cycles = int(np.ceil(length / cell.cycle_time_s)) + int(rng.integers(0, 2))
+        lags.append(TimeLag(str(rng.choice(ends[first])), str(rng.choice(ends[second])), length, cycles))
+    cell = replace(cell, lags=tuple(lags), cycle_time_s=1.3 * cell.cycle_time_s)
+    optimum = solve_cell(cell, gap_percent=1e-4)
+    assert optimum.status == "optimal"
+    assert priced(cell).bound_j <= optimum.energy_j * (1.0 + 1e-7)
+    owner = cell.robot_of
+    by = {robot.name: int(cycles) for robot, cycles in zip(cell.robots, rng.integers(-3, 9, 2), strict=True)}
+    moved = tuple(replace(lag, cycles=lag.cycles + by[owner[lag.first]] - by[owner[lag.second]]) for lag in cell.lags)
+    assert solve_cell(replace(cell, lags=moved), gap_percent=1e-4).energy_j == pytest.approx(optimum.energy_j, rel=3e-6)

@@ -81,6 +81,30 @@ def test_a_cycle_that_a_robot_cannot_fill_is_told():
     assert solve_cell(two_robots(34.4)).status == "optimal"
 
 
+def test_lags_that_a_cycle_is_too_long_for_are_told():
+    """a1 starts 5 s at the most after b1 of the cycle before, and b1 1 s at the most after a1: at most 6 s around."""
+    cell = replace(two_robots(9.0), lags=(TimeLag("a1", "b1", -5.0, -1), TimeLag("b1", "a1", -1.0, 0)), collisions=())
+    error = str(refusal(cell))
+    assert (
+        "the cycle time 9 s is longer than the slowest cycle, which is forced by time lags between activities" in error
+    )
+    assert "a1 and b1, b1 and a1; allowed: at most 6.000000 s" in error
+    assert solve_cell(replace(cell, cycle_time_s=5.999)).status == "optimal"
+    assert "longer than the slowest cycle" in str(refusal(replace(cell, cycle_time_s=6.001)))
+
+
+def test_hand_overs_that_need_a_longer_cycle_are_named():
+    """Of two hand-overs one leaves only q for a1: 0.6 + 1.2 + 0.8 s of moving (a0, a2, a1) and 1.5 s of standing."""
+    pairs = tuple((a, b) for a in "pq" for b in "pq")
+    cell = replace(two_robots(4.0), lags=(), collisions=())
+    assert solve_cell(replace(cell, handovers=())).status == "optimal"
+    slower = replace(cell, handovers=(Handover("a1", "b0", (("p", "p"), ("q", "p"))), Handover("a1", "b1", pairs[2:])))
+    error = refusal(slower)
+    assert isinstance(error, CycleTimeTooShort)
+    assert "forced by hand-over locations of activities a1 and b1; allowed" in str(error)
+    assert error.minimum_s == pytest.approx(4.1, abs=1e-6)
+
+
 def test_hand_overs_without_a_pair_are_told():
     cell = replace(two_robots(), handovers=(Handover("a1", "b1", ()),))
     assert "hand-overs between activities a1 and b1 cannot" in str(refusal(cell))
@@ -145,3 +169,26 @@ def test_the_reason_is_left_out_on_request():
     with pytest.raises(InputError) as raised:
         solve_cell(two_robots(3.5), explained=False)
     assert str(raised.value) == NO_PLAN
+
+
+def test_long_names_leave_a_message_whole():
+    """Names that a message has no room for are counted, not cut."""
+    long = {name: f"{name} {'of a station with a long name ' * 2}".strip() for name in ("a1", "b1", "a2", "b0")}
+
+    def renamed(name):
+        return long.get(name, name)
+
+    cell = two_robots()
+    robots = tuple(
+        replace(
+            robot,
+            static=tuple(replace(one, name=renamed(one.name)) for one in robot.static),
+            dynamic=tuple(replace(one, start=renamed(one.start), end=renamed(one.end)) for one in robot.dynamic),
+            last=renamed(robot.last),
+        )
+        for robot in cell.robots
+    )
+    lags = (TimeLag(long["a1"], long["b1"], 1.0, 0), TimeLag(long["b1"], long["a1"], 1.0, 0))
+    error = str(refusal(replace(cell, robots=robots, lags=lags, handovers=(), collisions=())))
+    assert f"{long['a1']} and {long['b1']} and 1 more contradict each other at any cycle time" in error
+    assert "..." not in error
