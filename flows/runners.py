@@ -73,7 +73,7 @@ def _reach(name: str, address: str) -> None:
     try:
         parts = urlsplit(address if "://" in address else f"//{address}")
         scheme, place = parts.scheme, (parts.hostname, parts.port)
-    except ValueError:  # a port that is no number
+    except ValueError:  # a port that is not a number
         scheme, place = "", (None, None)
     if scheme not in SCHEMES[name] or None in place:
         raise InputError(
