@@ -11,7 +11,7 @@ from tests.formats.vendor.rapid_text import CYCLE, DATA, events, module, motions
 
 MARKS = {Unknown: "?", Wait: ".", CycleStart: "(", Load: ""}
 HOME, ONE, TWO = (f"MoveAbsJ {name},v1000,fine,tool0;" for name in ("jHome", "j1", "j2"))
-STATE = f"{DATA}  VAR num n:=0;\n"
+STATE = f"{DATA}  VAR num n:=0;\n  CONST num fixed:=3;\n"
 PICK = f"FUNC bool pick()\n{ONE}\nRETURN TRUE;\nENDFUNC\n"
 
 
@@ -52,6 +52,16 @@ FLOW = {
         f"n:=1;\nIF di=1 GOTO there;\nn:=2;\nthere:\nIF n=2 THEN\n{ONE}\nENDIF\n{TWO}",
         "",
         "??" + "?2",
+    ),
+    "data of a routine with the name of a constant": (
+        f"go 1;\n{TWO}",
+        f"PROC go(num fixed)\n{HOME}\nIF di=1 fixed:=2;\nIF fixed=1 THEN\n{ONE}\nENDIF\nENDPROC\n",
+        "e?2",
+    ),
+    "data of a routine with the name of what a trap sets": (
+        f"VAR num n;\nn:=1;\n{HOME}\nIF n=1 THEN\n{ONE}\nENDIF",
+        "TRAP t\nn:=2;\nENDTRAP\n",
+        "e1",
     ),
     "interrupts": (f"CONNECT i WITH t;\n{HOME}\n{ONE}", "TRAP t\nn:=1;\nENDTRAP\n", "e1"),
     "a loop that moves nothing": (f"{HOME}\n{ONE}\nWHILE 1=1 DO\nENDWHILE\n{TWO}", "", "e1"),

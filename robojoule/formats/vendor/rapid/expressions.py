@@ -49,12 +49,14 @@ class Variables:
         self.fixed = set(self.values)  # names whose values nothing changes
         self.read: set[str] = set()  # names whose values were asked for
         self.changing: set[str] = set()  # names whose values may change at any time
+        self.own: set[str] = set()  # names that the present routine has for itself: none of those above
 
     def get(self, path: Path) -> Value:
         """The value at a path of a name, components and numbers from 1 on."""
         name, *inner = path
-        self.read.add(str(name))
-        value: Value = UNKNOWN if name in self.changing else self.values.get(str(name), UNKNOWN)
+        is_shared = name not in self.own
+        self.read |= {str(name)} if is_shared else set()
+        value: Value = UNKNOWN if is_shared and name in self.changing else self.values.get(str(name), UNKNOWN)
         for part in inner:
             place = _place(part, value)
             if place is None:
@@ -69,7 +71,7 @@ class Variables:
 
     def forget(self, name: str) -> None:
         """The value of a name is not known any more."""
-        if name.upper() not in self.fixed:
+        if name.upper() in self.own or name.upper() not in self.fixed:
             self.values[name.upper()] = UNKNOWN
 
 

@@ -48,8 +48,9 @@ class Flow(Running):
         since = len(self.events)
         self.calls.append(routine.name)
         self.left.append(set())
+        outer, self.variables.own = self.variables.own, own_names_of(routine)
         try:
-            with own_names(self.variables.values, own_names_of(routine)):
+            with own_names(self.variables.values, self.variables.own):
                 self.variables.values.update(given or {})
                 try:
                     self.run_body(routine.body)
@@ -59,6 +60,7 @@ class Flow(Running):
                 ends = {name: self.variables.values[name] for name in given or {}}
         finally:
             self.calls.pop()
+            self.variables.own = outer
             left = self.left.pop()
         at = next(within(routine.body), None)
         if left and self.calls and at is not None:

@@ -94,15 +94,13 @@ class Machine(Flow):
 
     def _label(self, one: Statement, name: str) -> None:
         """A label: a GOTO of its routine may have led here, from where other statements have run."""
-        found = list(within(self.routines[self.calls[-1]].body))
-        for jump in found:
-            jumps = [] if jump.tree is None else jump.tree.find_data("goto")
-            if any(str(node.children[0]).upper() == name.upper() for node in jumps):
-                first, last = sorted((jump.start, one.start))
-                self.forget(one, self.search.of(other for other in found if first < other.start < last))
-                self.unknown(
-                    one.line, f"{name} is reached from several places: the robot's position is not known behind it"
-                )
+        routine = self.routines[self.calls[-1]]
+        for jump in routine.jumps.get(name.upper(), []):
+            first, last = sorted((jump, one.start))
+            self.forget(one, self.search.of(other for other in within(routine.body) if first < other.start < last))
+            self.unknown(
+                one.line, f"{name} is reached from several places: the robot's position is not known behind it"
+            )
 
     # Data
 

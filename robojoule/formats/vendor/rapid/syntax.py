@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 from lark import Lark, Token, Tree
@@ -115,6 +115,15 @@ class Routine:
     optional: frozenset[str] = frozenset()
     is_function: bool = False
     is_trap: bool = False
+
+    @cached_property
+    def jumps(self) -> dict[str, list[int]]:
+        """Where the statements begin that may jump to a label, by the label in capitals."""
+        found: dict[str, list[int]] = {}
+        for one in within(self.body):
+            for node in () if one.tree is None else one.tree.find_data("goto"):
+                found.setdefault(str(node.children[0]).upper(), []).append(one.start)
+        return found
 
 
 @cache
