@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 
-from robojoule.formats.vendor.running import MOST_STEPS, Running
+from robojoule.formats.vendor.running import MOST_STEPS, Running, TooManySteps
 from robojoule.formats.vendor.trace import Event, Load, Motion, Speed
 from robojoule.robots.robot import Payload
 
@@ -46,9 +46,14 @@ def keep_cycle(
     most = _MOST_PASSES_TO_AN_END if may_end else _MOST_PASSES
     is_settled = False
     while not is_settled and len(passes) < most and running.steps < MOST_STEPS // 2:
-        before = _plain(state())
-        if not next_pass():
-            return None
+        before, steps = _plain(state()), running.steps
+        try:
+            if not next_pass():
+                return None
+        except TooManySteps:  # passes that grow: those that have run are enough
+            del events[ends[-1] :]
+            running.steps = steps
+            break
         passes.append(_deeds(events, ends[-1]))
         ends.append(len(events))
         is_settled = passes[-1] == passes[-2] and _plain(state()) == before

@@ -15,6 +15,10 @@ MOST_STEPS = 200_000  # of a program; beyond it a loop was not meant
 DEEPEST_CALLS = 50  # of routines within each other
 
 
+class TooManySteps(InputError):
+    """A program does not end within `MOST_STEPS`."""
+
+
 class Leave(Exception):
     """The end of a loop, a routine or the program, found within it.
 
@@ -54,11 +58,11 @@ class Running:
         """Count one more step: a statement, or a pass of a loop, whose body may be empty.
 
         Raises:
-            InputError: There were too many.
+            TooManySteps: There were too many.
         """
         self.steps += 1
         if self.steps > MOST_STEPS:
-            raise InputError(f"the program does not end within {MOST_STEPS} steps", key=f"line {line}")
+            raise TooManySteps(f"the program does not end within {MOST_STEPS} steps", key=f"line {line}")
 
     def may_call(self, line: int, name: str) -> bool:
         """Whether a routine of the file can be run in its place; if not, the robot may be anywhere behind it."""

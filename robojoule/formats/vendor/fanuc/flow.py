@@ -55,21 +55,22 @@ class Flow(Running, ABC):
             if target is None:
                 return
 
-            def next_pass() -> bool:
-                self.jumps.clear()
-                return self._walk(body, target + 1) == target
-
             label = body[target]
             assert isinstance(label, Instruction)
+            name = label_of(label)
+
+            def next_pass() -> bool:
+                self.jumps.clear()
+                self.labels[name] = self.motions
+                return self._walk(body, target + 1) == target
+
             keep_cycle(self, self.starts[target], label.line.number, next_pass, self.state)
         except Leave:
             pass
 
     def _walk(self, body: Sequence[Instruction | Block], at: int) -> int | None:
         """Run instructions from one of them on, up to a jump back; gives the label to which it leads."""
-        labels = {
-            label_of(one): i for i, one in enumerate(body) if isinstance(one, Instruction) and one.kind == "label"
-        }
+        labels = _places_of_labels(body)
         endless, repeated = endless_labels(body, labels), repeated_labels(body, labels)
         while at < len(body):
             one = body[at]
