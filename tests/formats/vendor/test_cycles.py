@@ -175,3 +175,35 @@ def test_a_motion_that_comes_from_elsewhere_in_another_pass_gets_no_duration(tmp
     loop = f"{krl('B')}IF I>0 THEN\n{krl('C')}ENDIF\nI=1-I\n{krl('A')}"
     program = in_krl(tmp_path, f"DECL INT I\nI=0\n{krl('A')}", loop)
     assert [move.fixed for move in program.moves] == [False, False]
+
+
+GROWING = {
+    "krl": lambda folder: in_krl(
+        folder, f"INT N,I\nN=1\n{krl('A')}", f"{krl('B')}{krl('A')}FOR I=1 TO N\nENDFOR\nN=N*100\n"
+    ),
+    "ur": lambda folder: in_ur(folder, f"n=1\n{ur('A')}", f"{ur('B')}{ur('A')}i=0\nwhile i<n:\ni=i+1\nend\nn=n*100\n"),
+    "rapid": lambda folder: in_rapid(
+        folder,
+        rapid("A"),
+        f"{rapid('B')}{rapid('A')}FOR i FROM 1 TO n DO\nk:=1;\nENDFOR\nn:=n*100;\n",
+        "VAR num n:=1;\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_passes_that_grow_beyond_all_steps_do_not_refuse_a_program(tmp_path, name):
+    assert len(GROWING[name](tmp_path).moves) == 2
+
+
+def test_a_loop_that_waits_for_its_start_waits_in_every_pass(tmp_path):
+    lines = [fanuc("100%", 1), "LBL[1]", "IF DI[1]=OFF,JMP LBL[1]", fanuc("100%", 2), fanuc("50%", 1), "JMP LBL[1]"]
+    program = in_fanuc(tmp_path, lines)
+    assert [type(one).__name__ for one in program.tree.operations] == ["UnknownOperation", *["MoveOperation"] * 2]
+    assert not any("pass" in note for note in program.notes)
+
+
+def test_passes_of_a_loop_that_is_not_the_cycle_are_not_told(tmp_path):
+    inner = "LOOP\nI=I+1\nIF $IN[1] THEN\nEXIT\nENDIF\nPTP {A1 I}\nENDLOOP\n"
+    program = in_krl(tmp_path, f"INT I\nI=0\n{krl('A')}", f"{krl('B')}{krl('C')}{inner}{krl('B')}{krl('A')}")
+    assert not any("passes of the loop" in note for note in program.notes)

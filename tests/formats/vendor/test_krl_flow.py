@@ -356,3 +356,39 @@ def test_the_interrupt_of_every_controller_needs_no_note(tmp_path):
 def test_what_a_line_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
     text = f"R=1\nS=1\n{go(1)}ANIN ON R=1.0*$ANIN[1]\nIF S==1 THEN\n{go(2)}ENDIF\nIF R==1 THEN\n{go(3)}ENDIF"
     assert kinds(traced(tmp_path, text)[0]) == [Motion, Motion, Unknown]
+
+
+@pytest.mark.parametrize(
+    ("line", "again", "wanted"),
+    [
+        ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO I=1", "", [Motion, Unknown]),
+        ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO I=1", "I=0\n", [Motion, Motion]),  # set anew
+        ("INTERRUPT DECL 3 WHEN $IN[2]==TRUE DO sub()", "I=0\n", [Motion, Unknown]),  # set at any time
+    ],
+)
+def test_what_triggers_and_interrupts_set_is_not_known_where_nobody_knows_whether_they_run(
+    tmp_path, line, again, wanted
+):
+    text = f"DEF main( )\nI=0\n{go(1)}IF $IN[1] THEN\n{line}\nENDIF\n{again}IF I==0 THEN\n{go(2)}ENDIF{SUB}I=1\nEND\n"
+    assert kinds(traced(tmp_path, text)[0]) == wanted
+
+
+def test_an_interrupt_that_declares_itself_again_ends(tmp_path):
+    line = "INTERRUPT DECL 3 WHEN $IN[2]==TRUE DO sub()\n"
+    text = f"DEF main( )\nIF $IN[1] THEN\n{line}ENDIF\n{line}{go(1)}{SUB}I=1\n{line}END\n"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion]
+
+
+def test_an_interrupt_does_not_set_what_a_routine_has_for_itself(tmp_path):
+    line = "INTERRUPT DECL 3 WHEN $IN[2]==TRUE DO sub()\n"
+    text = f"DEF main( )\nINT I\n{line}I=0\nIF I==0 THEN\n{go(1)}ENDIF{SUB}I=1\nEND\n"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion]
+
+
+@pytest.mark.parametrize("where", ["src", "dat"])
+def test_a_signal_by_its_name_stops_the_advance_run(tmp_path, where):
+    line = "SIGNAL gripper $OUT[3] TO $OUT[4]\n"
+    text = f"DEF main( )\n{line if where == 'src' else ''}{go(1)}other=1\n{go(2)}Gripper=1\n{go(3)}END\n"
+    (tmp_path / "main.src").write_text(text)
+    (tmp_path / "main.dat").write_text(f"DEFDAT main\n{line if where == 'dat' else ''}ENDDAT\n")
+    assert kinds(read_krl(tmp_path / "main.src").trace(Beside()).events) == [Motion, Motion, Wait, Motion]

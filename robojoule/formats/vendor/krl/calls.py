@@ -41,6 +41,7 @@ class Calls(Flow):
         self.executed = 0  # how many joint motions have run
         self.set_before = [0] * AXES  # how many of them had when the speed of each axis was set
         self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
+        self.signals: set[str] = set()  # names of inputs and outputs
         self.continues = False  # the line before is a CONTINUE
         self.result: Value = UNKNOWN  # of the function that has run last
 
@@ -52,7 +53,8 @@ class Calls(Flow):
     def _routine(self, routine: Routine) -> None:
         """Run a routine; only the end of the program goes on to its caller."""
         self.calls.append(routine.name)
-        outer = self.may_have_left
+        outer, own = self.may_have_left, self.variables.own
+        self.variables.own = routine.own
         try:
             self.run_body(routine.body)
         except Leave as leave:
@@ -60,7 +62,7 @@ class Calls(Flow):
                 raise
         finally:
             self.calls.pop()
-            self.may_have_left = outer
+            self.may_have_left, self.variables.own = outer, own
 
     def call_functions(self, line: Line) -> None:
         """See `Flow`."""
@@ -68,7 +70,7 @@ class Calls(Flow):
         for call in calls_of(line):
             if call is not line.tree and name_of(call) not in FUNCTIONS:
                 self.variables.returned[id(call)] = self._called(line, call)
-        if not continued and stops_advance(line):
+        if not continued and stops_advance(line, self.signals):
             self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
     def call(self, line: Line, tree: Node) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Set
 from lark import Tree
 
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, root_of
-from robojoule.formats.vendor.krl.syntax import Routine, within
+from robojoule.formats.vendor.krl.syntax import Routine, action_of, within, word_of
 from robojoule.formats.vendor.lines import Line, Node, first_word, words_of
 
 # Routines and functions of the controller that move nothing.
@@ -20,7 +20,8 @@ HARMLESS |= {"SET_KRLMSG", "EXISTS_KRLMSG", "GET_KRLMSG", "SET_KRLDLG", "EXISTS_
 MOTIONS = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"}
 MOTIONS |= {"SPTP_REL", "SLIN_REL", "SCIRC_REL"}
 # First words of lines of which nothing is understood, and which set nothing in their place.
-_SETS_NOTHING = {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC", "IMPORT", "GLOBAL", "INTERRUPT", "TRIGGER"}
+DECLARING = {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC", "IMPORT"}
+BESIDE = {"INTERRUPT", "TRIGGER"}  # what they do comes beside, or later
 _PERIPHERY = {"$IN", "$OUT", "$ANIN", "$ANOUT", "$DIGIN", "$AXIS_ACT", "$POS_ACT"}
 _FRAMES = ("$TOOL", "$BASE")
 # What BAS sets, the routine of the controller, by its first argument.
@@ -50,12 +51,17 @@ def calls_of(line: Line) -> Iterator[Node]:
             yield node
 
 
-def stops_advance(line: Line) -> bool:
-    """Whether a line, without CONTINUE before it, stops the advance run, and so the robot: by inputs or outputs."""
+def stops_advance(line: Line, signals: Set[str]) -> bool:
+    """Whether a line, without CONTINUE before it, stops the advance run, and so the robot: by inputs or outputs.
+
+    Args:
+        line: The line.
+        signals: Names in capitals that SIGNAL has given inputs and outputs.
+    """
     if line.tree is None or line.kind in ("motion", "spline", "declaration"):
         return False
     names = {root_of(node) for node in line.tree.find_data("ref")}
-    return not names.isdisjoint(_PERIPHERY) or any(name_of(call) == "PULSE" for call in calls_of(line))
+    return not names.isdisjoint(_PERIPHERY | signals) or any(name_of(call) == "PULSE" for call in calls_of(line))
 
 
 def name_of(call: Node) -> str:
@@ -71,15 +77,20 @@ def changed_by(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozen
         routines: The routines of the file.
     """
     found: set[str] = set()
-    for own, line in _reached(lines, routines):
+    for own, line in _reached(lines, routines, actions=True):
         found |= set(_set_by(line, routines)) - own
     return frozenset(found)
 
 
+def changed_by_interrupts(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozenset[str]:
+    """Names of variables that interrupts may set at any time which lines, and the routines they call, declare."""
+    actions = [action_of(line) for _, line in _reached(lines, routines) if word_of(line) == "INTERRUPT"]
+    return changed_by(actions, routines)
+
+
 def _set_by(line: Line, routines: Mapping[str, Routine]) -> Iterator[str]:
     if line.tree is None:
-        named = words_of(line.code.upper())
-        yield from named if named and named[0] not in _SETS_NOTHING | MOTIONS else ()
+        yield from () if word_of(line) in DECLARING | BESIDE | MOTIONS else words_of(line.code.upper())
         return
     if line.kind in ("assignment", "for_") and isinstance(line.tree.children[0], Tree):
         yield root_of(line.tree.children[0])
@@ -117,14 +128,21 @@ def _moves(line: Line, known: Set[str]) -> bool:
     return line.kind in ("motion", "goto") or any(name_of(call) not in known for call in calls_of(line))
 
 
-def _reached(lines: Iterable[Line], routines: Mapping[str, Routine]) -> Iterator[tuple[frozenset[str], Line]]:
-    """Lines, and those of routines of the file that they call, each with the names that its routine has for itself."""
+def _reached(
+    lines: Iterable[Line], routines: Mapping[str, Routine], *, actions: bool = False
+) -> Iterator[tuple[frozenset[str], Line]]:
+    """Lines, and those of routines of the file that they call, each with the names that its routine has for itself.
+
+    With `actions` what interrupts and triggers do is there, too.
+    """
     nothing: frozenset[str] = frozenset()
     pending = [(nothing, line) for line in lines]
     seen: set[str] = set()
     while pending:
         own, line = pending.pop()
         yield own, line
+        if actions and word_of(line) in BESIDE:
+            pending.append((own, action_of(line)))
         for name in {name_of(call) for call in calls_of(line)} & routines.keys() - seen:
             seen.add(name)
             pending += [(routines[name].own, one) for one in within(routines[name].body)]

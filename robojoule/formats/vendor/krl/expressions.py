@@ -36,13 +36,14 @@ class Variables:
     def __init__(self) -> None:
         self.values: dict[str, Value] = {}
         self.changing: set[str] = set()  # names whose values may change at any time
+        self.own: frozenset[str] = frozenset()  # names that the present routine has for itself: none of those
         self.returned: dict[int, Value] = {}  # what calls of the file's own functions have returned, by their nodes
 
     def get(self, path: tuple[str, ...] | None) -> Value:
         """A variable or a field of one."""
         if path is None:
             return UNKNOWN
-        if path[0].partition("[")[0] in self.changing:
+        if path[0].partition("[")[0] in self.changing - self.own:
             return UNKNOWN
         value = self.values.get(path[0], UNKNOWN)
         for name in path[1:]:

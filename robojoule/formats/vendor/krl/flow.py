@@ -8,7 +8,7 @@ from collections.abc import Callable
 from lark import Tree
 
 from robojoule.formats.vendor.cycles import keep_cycle
-from robojoule.formats.vendor.krl.changes import changed_by, may_move, may_wait
+from robojoule.formats.vendor.krl.changes import changed_by, changed_by_interrupts, may_move, may_wait
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, Routine, kind_of, leaves_loop, within
 from robojoule.formats.vendor.lines import Line, short
@@ -164,25 +164,31 @@ class Flow(Running, ABC):
         try:
             if not self._pass(block):
                 return
-            may_end = leaves_loop(block.body) and not self.may_have_left
-            found = keep_cycle(self, since, line, lambda: self._pass(block), self.state, may_end=may_end)
-            if found is None:
-                return
-            place = found
-            may_have_left = self.may_have_left
+            is_passed_over = self._is_passed_over(block)
+            if not is_passed_over:
+                may_end = leaves_loop(block.body) and not self.may_have_left
+                found = keep_cycle(self, since, line, lambda: self._pass(block), self.state, may_end=may_end)
+                if found is None:
+                    return
+                place, is_passed_over = found, self._is_passed_over(block)
         except Leave as leave:
             if leave.what != "goto":
                 raise
-            may_have_left = False
+            is_passed_over = False
         finally:
             self.loops -= 1
             self.may_have_left = outer
-        if may_have_left and (self.loops or not may_move(block.lines(), self.routines, self.still)):
+        if is_passed_over:
             self.back_to(start)
             self._skip(block)
             return
         self.events.insert(place, CycleStart(line))
         raise Leave("program")
+
+    def _is_passed_over(self, block: Block) -> bool:
+        """Whether a loop that may have been left is not the cycle, as it is in another one or moves nothing."""
+        is_inner = self.loops > 1
+        return self.may_have_left and (is_inner or not may_move(block.lines(), self.routines, self.still))
 
     @abstractmethod
     def _spline_block(self, block: Block) -> None:
@@ -212,6 +218,7 @@ class Flow(Running, ABC):
         head, lines = block.head, list(within([block]))
         for name in sorted(changed_by(lines, self.routines)):
             self.forget(name, head)
+        self.variables.changing |= changed_by_interrupts(lines, self.routines)
         leaves = leaves_loop([block])
         self.may_have_left |= leaves
         if kind_of(head) != "while_":  # what its condition calls has run already, and runs no more

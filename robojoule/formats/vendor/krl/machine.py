@@ -9,10 +9,10 @@ from dataclasses import replace
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.calls import AXES, Calls
-from robojoule.formats.vendor.krl.changes import MOTIONS, changed_by, may_move
+from robojoule.formats.vendor.krl.changes import BESIDE, DECLARING, MOTIONS, changed_by, may_move
 from robojoule.formats.vendor.krl.executions import Executed, Mark, Setting, Spline
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, Routine, action_of, within
+from robojoule.formats.vendor.krl.syntax import Block, Routine, action_of, within, word_of
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
     Frames,
@@ -22,7 +22,7 @@ from robojoule.formats.vendor.krl.targets import (
     speed_of,
     target_of,
 )
-from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, short
+from robojoule.formats.vendor.lines import Line, Node, flaw_of, short, words_of
 from robojoule.formats.vendor.running import Leave
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Blend, Motion, PoseTarget, Wait
@@ -56,7 +56,7 @@ class Machine(Calls):
         self.splined: set[int] = set()  # motions that have run in blocks of splines
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
         for line in data:
-            if line.kind in ("declaration", "assignment"):
+            if line.kind in ("declaration", "assignment") or word_of(line) == "SIGNAL":
                 self.step(line)
 
     def mark(self) -> Mark:
@@ -131,14 +131,16 @@ class Machine(Calls):
                 self.note(line.number, text)
 
     def _not_understood(self, line: Line) -> None:
-        word = first_word(line.code.upper().removeprefix("GLOBAL ")).upper()
+        word = word_of(line)
         for root in sorted(changed_by([line], self.routines)):
             self.forget(root, line)
-        if word in ("INTERRUPT", "TRIGGER"):
+        if word in BESIDE:
             self._beside(line, word)
+        elif word == "SIGNAL":
+            self.signals |= {name for name in words_of(line.code.upper())[1:] if not name.startswith("$")}
         elif word in MOTIONS:
             self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
-        elif word not in ("EXT", "EXTFCT", "GLOBAL", "SIGNAL", "ENUM", "STRUC", "IMPORT"):
+        elif word not in DECLARING:
             self.note(line.number, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions

@@ -10,7 +10,7 @@ from pathlib import Path
 from lark import Lark, Token
 from lark.exceptions import LarkError
 
-from robojoule.formats.vendor.lines import Line, Node, first_word, lines_in
+from robojoule.formats.vendor.lines import Line, Node, first_word, lines_in, words_of
 from robojoule.formats.vendor.text import SourceText
 
 _OPENING = {"if_": "endif", "for_": "endfor", "while_": "endwhile", "repeat": "until", "loop": "endloop"}
@@ -104,6 +104,12 @@ def _parsed(code: str) -> Node | None:
         return _grammar().parse(code)
     except (LarkError, RecursionError):
         return None
+
+
+def word_of(line: Line) -> str:
+    """The word in capitals that says what a line is that is not understood; empty where it is understood."""
+    words = words_of(line.code.upper()) if line.tree is None else ()
+    return next((word for word in words if word != "GLOBAL"), "")
 
 
 def action_of(line: Line) -> Line:
