@@ -63,7 +63,11 @@ FLOW = {
         "TRAP t\nn:=2;\nENDTRAP\n",
         "e1",
     ),
-    "interrupts": (f"CONNECT i WITH t;\n{HOME}\n{ONE}", "TRAP t\nn:=1;\nENDTRAP\n", "e1"),
+    "interrupts": (
+        f"CONNECT i WITH t;\nIPers n,i;\nISignalGI\\Single,gi,i;\nIError COMMON_ERR,TYPE_ALL,i;\n{HOME}\n{ONE}",
+        "TRAP t\nn:=1;\nENDTRAP\n",
+        "e1",
+    ),
     "a loop that moves nothing": (f"{HOME}\n{ONE}\nWHILE 1=1 DO\nENDWHILE\n{TWO}", "", "e1"),
 }
 
@@ -191,6 +195,11 @@ def test_what_a_trap_sets_is_never_known_and_its_motions_are_told(tmp_path):
     found, notes = events(tmp_path, body, more=trap, data=STATE)
     assert order(found) == "e?"
     assert any("the trap STOPPED may move the robot" in note for note in notes)
+
+
+def test_what_a_trap_sets_for_motions_is_told(tmp_path):
+    _, notes = events(tmp_path, f"{HOME}\n{ONE}", more="TRAP slow\nVelSet 20,100;\nENDTRAP\n", data=STATE)
+    assert any("what the trap SLOW sets for motions is taken not to act" in note for note in notes)
 
 
 def test_what_a_statement_that_is_not_understood_names_is_not_known_behind_it(tmp_path):

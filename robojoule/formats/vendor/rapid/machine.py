@@ -49,6 +49,8 @@ class Machine(Flow):
             if effects.moves:
                 text = f"the trap {trap.name} may move the robot, apart from the cycle"
                 self.note(trap.line, text)
+            if effects.settings:
+                self.note(trap.line, f"what the trap {trap.name} sets for motions is taken not to act on the cycle")
 
     def run(self, routine: Routine) -> None:
         """Run a program from the beginning of its main procedure."""
