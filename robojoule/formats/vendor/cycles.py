@@ -12,7 +12,7 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 
 from robojoule.formats.vendor.running import MOST_STEPS, Running, TooManySteps
-from robojoule.formats.vendor.trace import Event, Load, Motion, Speed
+from robojoule.formats.vendor.trace import Event, Load, Motion, Speed, Unknown
 from robojoule.robots.robot import Payload
 
 _MOST_PASSES = 12  # that are run to see whether they are all the same
@@ -59,14 +59,15 @@ def keep_cycle(
         is_settled = passes[-1] == passes[-2] and _plain(state()) == before
     if may_end and not is_settled:
         running.note(line, f"the loop is not left within {len(passes)} passes: one of them is the cycle")
-    chosen = 1 if len(passes) > 2 and passes[1] != passes[0] and passes[2] == passes[1] else 0
+    chosen = _chosen(events, ends, passes)
     others = [one for one in passes[chosen:] if one != passes[chosen]]
     if others:
         differing = passes.index(others[0]) + 1
         text = f"passes of the loop are not all the same (pass {differing} differs): pass {chosen + 1} is planned"
         running.note(line, text)
     elif chosen:
-        running.note(line, "the first pass of the loop differs from all further ones: these are planned")
+        first = "the first pass of the loop differs" if chosen == 1 else f"the first {chosen} passes of the loop differ"
+        running.note(line, f"{first} from all further ones: these are planned")
     loads = [event for event in events[since : ends[chosen]] if isinstance(event, Load)]
     changing = _changing(events)  # those before the loop, too
     changing |= _on_other_ways(events, ends, chosen)
@@ -74,6 +75,21 @@ def keep_cycle(
     cycle = [_unchanged(one) if _statement(one) in changing else one for one in kept]
     events[since:] = [*loads, *cycle]
     return since + len(loads)
+
+
+def _chosen(events: Sequence[Event], ends: Sequence[int], passes: Sequence[object]) -> int:
+    """Which pass is planned: the first one that comes again and is known, else the first one; one that moves the robot.
+
+    Behind the second pass one that is not known is rather the end of what the file says, such as of its positions.
+    """
+    moving: list[int] = []
+    again: list[int] = []
+    for at, one in enumerate(passes):
+        found = [event for event in events[ends[at] : ends[at + 1]] if isinstance(event, (Motion, Unknown))]
+        is_known = all(isinstance(event, Motion) and event.target is not None for event in found)
+        moving += [at] if found else []
+        again += [at] if found and (is_known or at < 2) and one in passes[at + 1 :] else []
+    return next(iter(again + moving), 0)
 
 
 def _deeds(events: Sequence[Event], since: int) -> list[object]:

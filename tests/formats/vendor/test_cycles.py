@@ -207,3 +207,20 @@ def test_passes_of_a_loop_that_is_not_the_cycle_are_not_told(tmp_path):
     inner = "LOOP\nI=I+1\nIF $IN[1] THEN\nEXIT\nENDIF\nPTP {A1 I}\nENDLOOP\n"
     program = in_krl(tmp_path, f"INT I\nI=0\n{krl('A')}", f"{krl('B')}{krl('C')}{inner}{krl('B')}{krl('A')}")
     assert not any("passes of the loop" in note for note in program.notes)
+
+
+@pytest.mark.parametrize(
+    ("often", "planned", "note"),
+    [
+        ("n=1 or n=4", 1, "(pass 2 differs): pass 1 is planned"),  # not the second, which comes twice and moves nothing
+        ("n=2 or n=4 or n=6 or n=8 or n=10", 2, "(pass 1 differs): pass 2 is planned"),
+        ("n>2", 3, "the first 2 passes of the loop differ from all further ones"),
+        ("n>1", 2, "the first pass of the loop differs from all further ones"),
+    ],
+)
+def test_a_pass_that_moves_the_robot_and_comes_again_is_planned(tmp_path, often, planned, note):
+    condition = often.replace("n=", "n==")
+    program = in_ur(
+        tmp_path, f"n=0\n{ur('A')}", f"n=n+1\nif {condition}:\n{ur('B')}{ur('A')}end\nif n>20:\nn=20\nend\n"
+    )
+    assert len(program.moves) == 2 and any(note in text for text in program.notes)

@@ -100,6 +100,12 @@ def test_velset_and_accset_hold_from_there_on(tmp_path):
     assert len(notes) == 2 and "VelSet" in notes[0] and "AccSet" in notes[1]
 
 
+@pytest.mark.parametrize("figures", ["100,0", "0,800", "100,-5"])
+def test_a_velset_that_lets_nothing_move_leaves_speeds_unknown(tmp_path, figures):
+    found, notes = events(tmp_path, f"    VelSet {figures};\n    MoveAbsJ j1,v1000,fine,tGrip;")
+    assert motions(found)[0].speed.tool_m_s is None and any("is not known" in note for note in notes)
+
+
 def test_the_tool_speed_bounds_the_joints():
     """Axis 1 alone turns the tool on a circle: its speed is that of the joint times the radius."""
     robot = load_robot(ROBOT)

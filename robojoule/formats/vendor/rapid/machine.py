@@ -225,7 +225,7 @@ class Machine(Flow):
     def _velset(self, one: Statement, tree: Node) -> None:
         plain, _ = arguments_of(tree)
         share, most = ([number(value_of(node, one, self.variables)) for node in plain] + [None, None])[:2]
-        if share is None or most is None or share <= 0.0:
+        if share is None or most is None or share <= 0.0 or most <= 0.0:
             self.note(one.line, f"{short(one.code)} is not known: neither are speeds by speeddata behind it")
             self.setting.velocity_share = None
             return
