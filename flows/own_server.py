@@ -164,7 +164,7 @@ def _copy(empty: Path, store: Path) -> bool:
     shutil.copyfile(empty, store)
     try:
         with contextlib.closing(sqlite3.connect(store)) as copied:
-            is_whole = copied.execute("PRAGMA quick_check").fetchone() == ("ok",)
+            is_whole = bool(copied.execute("PRAGMA quick_check").fetchone() == ("ok",))
             copied.execute("SELECT version_num FROM alembic_version").fetchone()
     except sqlite3.Error:
         is_whole = False
