@@ -110,7 +110,10 @@ def steps_of(tree: OperationTree, robot: Robot | None, *, shares: bool = False) 
             found.lost.append(f"the payload of '{operation.name}' is left out")
         elif isinstance(operation, UnknownOperation):
             found.steps.append(Step("remark", operation.name))
-            found.lost.append(f"'{operation.name}', of which nobody knows how long it takes, is a remark")
+            text = f"'{operation.name}', of which nobody knows how long it takes, is a remark"
+            if operation.target_rad is not None:
+                text += ": the robot does not go to where it ends"
+            found.lost.append(text)
             position = shown(operation.target_rad) if operation.target_rad is not None else position
         elif not isinstance(operation, CompoundOperation):
             found.steps.append(Step("wait", operation.name, seconds=operation.duration_s))
@@ -169,6 +172,8 @@ def _moved(
 
 
 def _unsaid(move: MoveOperation) -> Iterator[str]:
+    if move.tool_path is not None:
+        yield f"move '{move.name}', along a path of the tool, is a joint motion"
     if move.fixed:
         yield f"that move '{move.name}' is fixed is not said"
     if move.least_speed_percent is not None:
@@ -210,6 +215,12 @@ def _degrees(radians: float) -> str:
         if float(np.radians(float(text))) == radians:
             return text
     return f"{float(np.degrees(radians)):.12f}".rstrip("0").rstrip(".")
+
+
+def decimal(value: float) -> str:
+    """A number with at most six decimals, and one at least."""
+    text = plain(value)
+    return text if "." in text else f"{text}.0"
 
 
 def plain(value: float, digits: int = 6) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from lark import Token, Tree
 
-from robojoule.formats.vendor.text import SourceText, Span, lines_of
+from robojoule.formats.vendor.text import Edit, SourceText, Span, lines_of
 
 Node = Tree[Token]
 
@@ -91,9 +91,20 @@ def _comment_start(text: str, sign: str) -> int:
     return len(text)
 
 
+def behind(line: Line, text: str, line_end: str) -> Edit:
+    """A further line behind a line; the last one of a file may have no end."""
+    is_cut = line.end == line.start + len(line.text)
+    return Edit(Span(line.end, line.end, line.file), f"{line_end}{text}" if is_cut else f"{text}{line_end}")
+
+
 def first_word(code: str) -> str:
     """The word that a line begins with, up to white space or a parenthesis; empty where there is none."""
     return next(iter(code.replace("(", " ( ").split()), "")
+
+
+def words_of(code: str) -> list[str]:
+    """Names and other words in code, wherever they stand."""
+    return "".join(letter if letter.isalnum() or letter in "_$" else " " for letter in code).split()
 
 
 def short(code: str) -> str:

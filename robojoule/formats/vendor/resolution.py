@@ -46,6 +46,7 @@ from robojoule.robots.vendor_frames import payload_of_vendor
 MOST_MOTIONS = 20_000  # of a cycle; beyond it a loop was not meant
 SAME_EXTERNAL = 1e-6  # of positions of external axes: rounding
 SAME_POSITION_RAD = 1e-6
+_MOST_RAD = 1e3  # of a joint; simulations of farther ones would not end
 _KEPT = "is kept as it is:"
 _FIRST_MOTION = "the first motion starts at an unknown position and is kept as it is"
 
@@ -359,6 +360,9 @@ class _Resolver:
 
     def _joint_target(self, motion: Motion, target: JointTarget) -> Position | None:
         given = target.angles_rad
+        for value in given:
+            if value is not None and abs(value) > _MOST_RAD:
+                raise InputError(f"{np.degrees(value):g} degrees are beyond the limits of any joint", key=motion.place)
         if self.robot is not None and len(given) > self.robot.joint_count:
             problem = f"the target has {counted(len(given), 'angle')}, but {self.robot.name} has"
             raise InputError(f"{problem} {counted(self.robot.joint_count, 'joint')}", key=motion.place)

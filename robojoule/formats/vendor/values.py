@@ -38,6 +38,11 @@ class Number:
 Value = Any  # Number, bool, str, mapping of fields, or UNKNOWN
 
 
+def unplaced(value: Value) -> Value:
+    """A value as a variable holds it: whoever changes a number where it stands changes all that uses the variable."""
+    return Number(value.value, None, value.is_whole) if isinstance(value, Number) else value
+
+
 def computed(first: Value, second: Value, rule: Callable[[float, float], float]) -> Value:
     """A sum, product ... of two numbers; unknown where one of them is, or where it cannot be computed."""
     if not (isinstance(first, Number) and isinstance(second, Number)):
@@ -49,6 +54,17 @@ def computed(first: Value, second: Value, rule: Callable[[float, float], float])
     if not math.isfinite(value):
         return UNKNOWN
     return Number(value, None, first.is_whole and second.is_whole)
+
+
+def logic(kind: str, first: Value, second: Value) -> Value:
+    """op_and, op_or or op_xor of two values; a side that is not known does not matter where the other one decides."""
+    if kind == "op_and" and (first is False or second is False):
+        return False
+    if kind == "op_or" and (first is True or second is True):
+        return True
+    if not (isinstance(first, bool) and isinstance(second, bool)):
+        return UNKNOWN
+    return {"op_and": first and second, "op_or": first or second, "op_xor": first is not second}.get(kind, UNKNOWN)
 
 
 def number(value: Value) -> float | None:

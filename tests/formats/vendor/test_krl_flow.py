@@ -19,7 +19,8 @@ def traced(folder, body, beside=None, dat=""):
     if dat:
         (folder / "main.dat").write_text(dat)
     trace = read_krl(folder / "main.src").trace(beside or Beside())
-    return list(trace.events), [str(note) for note in trace.notes]
+    events = [one for one in trace.events if not (isinstance(one, Wait) and one.duration_s == 0.0)]  # stops, no waits
+    return events, [str(note) for note in trace.notes]
 
 
 def axes(found):
@@ -281,3 +282,77 @@ def test_a_subprogram_that_is_planned_is_written(tmp_path):
     (tmp_path / "main.src").write_text(f"DEF main( )\nPTP {HOME}\nOK=PICK()\nPTP {HOME}{PICK}")
     program = load_program(tmp_path / "main.src")
     assert np.degrees(program.tree.configurations_rad()).round(6).tolist() == [AT_HOME, [5, *AT_HOME[1:]], AT_HOME]
+
+
+# Labels, the advance run, and what WITH sets
+
+
+@pytest.mark.parametrize("jump", ["before", "behind"])
+def test_behind_a_label_that_a_goto_names_nothing_is_known_that_lines_between_set(tmp_path, jump):
+    goto = "IF $IN[1] THEN\nGOTO L1\nENDIF\n"
+    between = f"{go(2)}I=1\nBAS(#VEL_PTP,40)\n"
+    body = {"before": f"{goto}{between}L1:\n", "behind": f"L1:\n{between}{goto}"}[jump]
+    found, _ = traced(tmp_path, f"DECL INT I\nI=0\nBAS(#VEL_PTP,60)\n{go(1)}{body}IF I==0 THEN\n{go(7)}ENDIF\n{go(3)}")
+    assert axes(found) == [1, 2, 3]
+    label = next(at for at, one in enumerate(found) if isinstance(one, Unknown) and "several places" in one.what)
+    following = next(one for one in found[label:] if isinstance(one, Motion))
+    assert following.speed.percent is None  # that of 60 or 40 %
+
+
+def test_a_label_that_no_goto_names_is_nothing(tmp_path):
+    found, notes = traced(tmp_path, f"{go(1)}L1:\n{go(2)}")
+    assert kinds(found) == [Motion, Motion] and not notes
+
+
+@pytest.mark.parametrize("line", ["PULSE($OUT[1],TRUE,0.2)", "$OUT[1]=TRUE", "B=$IN[3]", "IF $IN[3] THEN\nI=1\nENDIF"])
+@pytest.mark.parametrize("is_continued", [False, True])
+def test_inputs_and_outputs_stop_the_robot_unless_continue_is_before_them(tmp_path, line, is_continued):
+    between = f"CONTINUE\n{line}" if is_continued else line
+    text = f"$APO.CPTP=50\nPTP {HOME}\nPTP {{A1 9}} C_PTP\n{between}\nPTP {{A1 20}}\nPTP {{A1 0}}"
+    (tmp_path / "main.src").write_text(f"DEF main( )\n{text}\nEND\n")
+    first = load_program(tmp_path / "main.src").moves[0]
+    assert first.is_fine != is_continued
+
+
+def test_tool_and_base_behind_with_hold_for_one_motion(tmp_path):
+    place = "{X 1000,Y 0,Z 1000,A 0,B 90,C 0}"
+    with_tool = "WITH $TOOL={X 0,Y 0,Z 50,A 0,B 0,C 0}, $BASE=BASE_DATA[2]"
+    known = "TOOL_DATA[1]={X 0,Y 0,Z 10,A 0,B 0,C 0}\nBASE_DATA[2]={X 7,Y 0,Z 0,A 0,B 0,C 0}\n"
+    data = "FP1={TOOL_NO 1,BASE_NO 0}\n"
+    motions = [f"SPTP {place}", f"SPTP {place} {with_tool}", f"SPTP {place} WITH $TOOL=STOOL2(FP1)", f"SPTP {place}"]
+    found, _ = traced(tmp_path, f"{known}{data}$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n" + "\n".join(motions))
+    targets = [one.target for one in found if isinstance(one, Motion)]
+    heights = [round(1e3 * float(one.tool.origin_m[2])) for one in targets]
+    assert heights == [0, 50, 10, 0]
+    assert [round(1e3 * float(one.base.origin_m[0])) for one in targets] == [0, 7, 0, 0]
+
+
+def test_a_for_goes_on_with_the_counter_that_its_lines_set(tmp_path):
+    assert axes(traced(tmp_path, "DECL INT I\nFOR I=1 TO 4\nPTP {A1 I}\nI=I+1\nENDFOR")[0]) == [1, 3]
+    found, _ = traced(tmp_path, f"DECL INT I\nFOR I=1 TO 4\n{go(1)}I=ELSEWHERE\nENDFOR\n{go(2)}")
+    assert kinds(found) == [Motion, Unknown, Motion]
+
+
+@pytest.mark.parametrize(
+    "line", ["TRIGGER WHEN DISTANCE=0 DELAY=0 DO I=1", "TRIGGER WHEN PATH=5 DELAY=0 DO sub() PRIO=-1"]
+)
+def test_what_a_trigger_sets_is_not_known_behind_it(tmp_path, line):
+    text = f"DEF main( )\nI=0\nIF I==0 THEN\n{go(1)}ENDIF\n{line}\n{go(2)}IF I==0 THEN\n{go(3)}ENDIF{SUB}I=1\nEND\n"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion, Motion, Unknown]
+
+
+def test_what_an_interrupt_sets_is_never_known_and_its_motions_are_told(tmp_path):
+    text = f"DEF main( )\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO sub()\nI=0\n{go(1)}IF I==0 THEN\n{go(3)}ENDIF"
+    found, notes = traced(tmp_path, f"{text}{SUB}I=1\n{go(4)}END\n")
+    assert kinds(found) == [Motion, Unknown]
+    assert any("line 2: the interrupt may move the robot" in note for note in notes)
+
+
+def test_the_interrupt_of_every_controller_needs_no_note(tmp_path):
+    lines = "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nINTERRUPT ON 3\n"
+    assert traced(tmp_path, f"{lines}{go(1)}")[1] == []
+
+
+def test_what_a_line_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    text = f"R=1\nS=1\n{go(1)}ANIN ON R=1.0*$ANIN[1]\nIF S==1 THEN\n{go(2)}ENDIF\nIF R==1 THEN\n{go(3)}ENDIF"
+    assert kinds(traced(tmp_path, text)[0]) == [Motion, Motion, Unknown]

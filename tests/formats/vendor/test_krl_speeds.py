@@ -63,3 +63,41 @@ def test_what_is_wished_is_read_again(tmp_path, seed):
     back = written(new, new.tree.with_plan(given, added_waits_after_s=dict.fromkeys(given, 0.0)), tmp_path, "b")
     assert [move.speed_limit_percent for move in back.moves] == list(given.values())
     assert "robojoule" not in back.text
+
+
+def test_a_variable_keeps_its_value_where_it_says_a_speed(tmp_path):
+    """It may be used elsewhere, as in a wait."""
+    text = f"DEF cycle( )\nDECL INT V\nV=60\nPTP {HOME}\ngo(V)\nWAIT SEC V/60\ngo(50)\nEND\n"
+    sub = "DEF go(S:IN)\nINT S\nBAS(#VEL_PTP,S)\nPTP {A1 30}\nPTP {A1 -30}\nEND\n"
+    (tmp_path / "cycle.src").write_text(text.replace("go(50)", "BAS(#VEL_PTP,V)\nPTP {A1 20}") + sub)
+    program = load_program(tmp_path / "cycle.src")
+    tree = program.tree.with_plan({move.name: 40.0 for move in program.moves})
+    new = written(program, tree, tmp_path, "slow.src")
+    assert "\nV=60\n" in new.source.program.sources[0].text and "go(V)" in new.source.program.sources[0].text
+    assert [move.speed_limit_percent for move in new.moves] == [40.0, 40.0, 40.0]
+
+
+AXES = "".join(f"$VEL_AXIS[{axis}]=30\n" for axis in range(1, 7))
+A, B = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\n", "PTP {A1 30}\n"
+
+
+@pytest.mark.parametrize(
+    "between", ["$VEL_AXIS[7]=10\n", "$VEL_AXIS[1]=30\n", "FOR I=1 TO 3\n$VEL_AXIS[I]=30\nENDFOR\n"]
+)
+def test_speeds_of_single_axes_leave_those_of_the_others(tmp_path, between):
+    """What a plan writes for the motion before them does not reach the motion behind them."""
+    (tmp_path / "cycle.src").write_text(f"DEF cycle( )\n{A}{AXES}{B}{between}{A}END\n")
+    program = load_program(tmp_path / "cycle.src")
+    first, _ = program.moves
+    new = written(program, program.tree.with_plan({first.name: 20.0}), tmp_path, "slow.src")
+    assert [move.speed_limit_percent for move in new.moves] == [20.0, 30.0]
+
+
+def test_a_motion_whose_axes_differ_keeps_all_their_speeds(tmp_path):
+    loops = "FOR I=1 TO 6\n$VEL_AXIS[I]=30\nENDFOR\n", "FOR I=1 TO 3\n$VEL_AXIS[I]=50\nENDFOR\n"
+    (tmp_path / "cycle.src").write_text(f"DEF cycle( )\n{A}{loops[0]}{B}{loops[1]}{A}END\n")
+    program = load_program(tmp_path / "cycle.src")
+    first, second = program.moves
+    assert second.fixed
+    new = written(program, program.tree.with_plan({first.name: 20.0}), tmp_path, "slow.src")
+    assert [move.speed_limit_percent for move in new.moves] == [20.0, 30.0]

@@ -10,6 +10,7 @@ from robojoule.errors import InputError
 from robojoule.formats.program import Program, load_program
 from robojoule.formats.registry import format_of
 from robojoule.formats.vendor.files import VendorFiles
+from robojoule.formats.vendor.krl.composing import compose_krl
 from robojoule.motion.simulation import MotionPaths
 from robojoule.programs.operation_tree import OperationTree, ShareZone
 from robojoule.robots import load_robot
@@ -155,3 +156,37 @@ def test_the_name_of_a_new_script_is_no_name_of_the_language(tmp_path, name):
     found.create(one, path, robot)
     assert path.read_text().startswith(f"def {name}_2():")
     assert len(load_program(path, robot).moves) == 4
+
+
+def test_a_way_that_the_new_program_does_not_go_is_told(tmp_path):
+    """A motion that is kept in the program that was read, and one along a path of the tool."""
+    axes = "[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    home, place = f"[[0,-90,90,0,0,0],{axes}", f"[[1200,0,1000],[0.7071,0,0.7071,0],[0,0,0,0],{axes}"
+    lines = [
+        f"MoveAbsJ {home},v1000,fine,tool0;",
+        f"MoveJ {place},v1000,fine,tool0;",
+        f"MoveL Offs({place},0,50,0),v100,fine,tool0;",
+        "elsewhere;",
+        f"MoveAbsJ {home},v1000,fine,tool0;",
+        f"MoveJ {place},v1000,fine,tool0;",
+    ]
+    (tmp_path / "cycle.mod").write_text("MODULE m\nPROC main()\n" + "\n".join(lines) + "\nENDPROC\nENDMODULE\n")
+    tree = load_program(tmp_path / "cycle.mod", load_robot("kuka_kr16_r2010_2")).tree
+    lost = "\n".join(compose_krl(tree, None, "cycle").lost)
+    assert "along a path of the tool, is a joint motion" in lost
+    assert "is a remark: the robot does not go to where it ends" in lost
+
+
+def test_positions_far_beyond_all_limits_are_refused_at_once(tmp_path):
+    """Simulating the way there would not end."""
+    robot = load_robot("kuka_kr16_r2010_2")
+    far = "[[0,7E9,90,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    lines = f"MoveAbsJ {far},v1000,fine,tool0;\nMoveAbsJ {far.replace('90', '80')},v1000,fine,tool0;\n"
+    (tmp_path / "far.mod").write_text(f"MODULE m\nPROC main()\n{lines}ENDPROC\nENDMODULE\n")
+    with pytest.raises(InputError, match=r"7e\+09 degrees are beyond the limits of any joint"):
+        load_program(tmp_path / "far.mod", robot)
+    start = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    moves = [{"type": "move", "name": "a", "target_rad": [0.0, 1e8, 1.0, 0.0, 0.0, 0.0]}]
+    one = OperationTree.model_validate({**tree().model_dump(), "start_rad": start, "operations": moves})
+    with pytest.raises(InputError, match="limit"):
+        created(tmp_path, ".mod", robot, one)

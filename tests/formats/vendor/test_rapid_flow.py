@@ -45,6 +45,15 @@ FLOW = {
     ),
     "a loop on what never changes": (f"{HOME}\nWHILE n=0 DO\n{ONE}\n{HOME}\nENDWHILE\n{TWO}", "", "e(1e"),
     "a loop that only a signal ends": (f"{HOME}\nWHILE TRUE DO\n{ONE}\nIF di=1 RETURN;\nENDWHILE\n{TWO}", "", "e(1?"),
+    "a label that a GOTO names": (f"{HOME}\nIF di=1 GOTO there;\n{ONE}\nthere:\n{TWO}", "", "e?1?2"),
+    "a label behind which a GOTO goes back": (f"{HOME}\nthere:\n{ONE}\nIF di=1 GOTO there;\n{TWO}", "", "e?1?2"),
+    "a label that no GOTO names": (f"{HOME}\nthere:\n{ONE}", "", "e1"),
+    "data behind a label": (
+        f"n:=1;\nIF di=1 GOTO there;\nn:=2;\nthere:\nIF n=2 THEN\n{ONE}\nENDIF\n{TWO}",
+        "",
+        "??" + "?2",
+    ),
+    "interrupts": (f"CONNECT i WITH t;\n{HOME}\n{ONE}", "TRAP t\nn:=1;\nENDTRAP\n", "e1"),
     "a loop that moves nothing": (f"{HOME}\n{ONE}\nWHILE 1=1 DO\nENDWHILE\n{TWO}", "", "e1"),
 }
 
@@ -139,3 +148,43 @@ def test_a_chain_of_calls_is_followed_so_far(tmp_path):
     chain = "".join(f"PROC f{at}()\nf{at + 1};\nENDPROC\n" for at in range(400))
     found, _ = events(tmp_path, f"{HOME}\nf0;\n{TWO}", more=f"{chain}PROC f400()\n{ONE}\nENDPROC\n")
     assert order(found) == "e?2" and f"within more than {DEEPEST_CALLS} other calls" in found[1].what
+
+
+PLACE = "[[1000,0,1000],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+
+
+@pytest.mark.parametrize("setting", ["PDispSet [[0,0,9],[1,0,0,0]];", "PDispOn p,tool0;", "IF di=1 PDispOn p,tool0;"])
+def test_places_of_the_tool_that_are_displaced_are_not_known(tmp_path, setting):
+    to = f"MoveJ {PLACE},v100,fine,tool0;"
+    found = motions(events(tmp_path, f"{HOME}\n{setting}\n{to}\n{ONE}\nPDispOff;\n{to}")[0])
+    assert [one.target is not None for one in found] == [True, False, True, True]
+    assert "PDispOn" in found[1].reason
+
+
+@pytest.mark.parametrize(
+    ("declared", "is_told"),
+    [
+        ("PERS num k:=0;", True),
+        ("LOCAL PERS num k:=0;", False),
+        ("VAR num k:=0;", False),
+        ("PERS num other:=0;", False),
+    ],
+)
+def test_pers_data_that_others_may_change_are_told(tmp_path, declared, is_told):
+    _, notes = events(tmp_path, f"IF k=0 THEN\n{HOME}\nENDIF\n{ONE}", data=f"{DATA}  {declared}\n")
+    assert any("other modules and tasks may change them" in str(note) for note in notes) is is_told
+
+
+def test_what_a_trap_sets_is_never_known_and_its_motions_are_told(tmp_path):
+    trap = f"TRAP stopped\nn:=1;\n{ONE}\nENDTRAP\n"
+    body = f"CONNECT i WITH stopped;\nn:=0;\n{HOME}\nWHILE n=0 DO\n{TWO}\nENDWHILE"
+    found, notes = events(tmp_path, body, more=trap, data=STATE)
+    assert order(found) == "e?"
+    assert any("the trap STOPPED may move the robot" in note for note in notes)
+
+
+def test_what_a_statement_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    body = f"n:=0;\n{HOME}\nn @ v1000;\n{ONE}\nIF n=0 THEN\n{TWO}\nENDIF"
+    found, _ = events(tmp_path, body, data=STATE)
+    assert order(found) == "e?1?"
+    assert motions(found)[-1].speed.tool_m_s == 1.0  # nothing changes v1000

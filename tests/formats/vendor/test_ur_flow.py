@@ -182,3 +182,19 @@ def test_a_thread_with_arguments_that_call_functions_is_read(tmp_path):
     events, _ = traced(tmp_path, f"thread T(x):\n  sync()\nend\nmovej({A})\nrun T(d2r(5))\nmovej({B})")
     assert order(events) == "AB"
     assert np.allclose(events[1].target.angles_rad, B)
+
+
+def test_pose_add_adds_positions_and_turns_the_first_by_the_second_in_its_own_axes(tmp_path):
+    """As the script manual says: p_3.P = p_1.P + p_2.P, p_3.R = p_1.R * p_2.R; two quarter turns do not commute."""
+    quarter = np.pi / 2
+    body = f"set_tcp(p[0,0,0,0,0,0])\nmovej(pose_add(p[1,2,3,{quarter},0,0],p[1,1,1,0,{quarter},0]))\n"
+    events, _ = traced(tmp_path, body)
+    target = events[-1].target
+    assert np.allclose(target.position_m, (2, 3, 4))
+    about_x, about_y = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    assert np.allclose(target.rotation, about_x @ about_y, atol=1e-12)
+
+
+def test_what_a_line_that_is_not_understood_names_is_not_known_behind_it(tmp_path):
+    body = f"x=1\ny=1\nmovej({A})\nx+=1\nif y==1:\n  movej({B})\nend\nif x==1:\n  movej({C})\nend\n"
+    assert order(traced(tmp_path, body)[0]) == "AB?"

@@ -6,7 +6,7 @@ import math
 
 from robojoule.errors import InputError
 from robojoule.formats.vendor.composing import Composed, degrees_text, identifiers, renamed, steps_of
-from robojoule.formats.vendor.fanuc.machine import ADDED
+from robojoule.formats.vendor.fanuc.flow import ADDED
 from robojoule.formats.vendor.fanuc.positions import JOINTS
 from robojoule.programs.operation_tree import OperationTree
 from robojoule.robots.robot import Robot

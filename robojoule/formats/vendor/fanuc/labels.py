@@ -20,6 +20,14 @@ def plain_label(text: str) -> str:
     return text.split(":")[0].rstrip("]").upper() + "]"
 
 
+def labels_in(one: Instruction) -> list[str]:
+    """All labels that an instruction names."""
+    if one.tree is None:
+        return []
+    tokens = one.tree.scan_values(lambda value: isinstance(value, Token) and value.type == "LABEL")
+    return [plain_label(str(token)) for token in tokens]
+
+
 def endless_labels(body: Sequence[Instruction | Block], labels: Mapping[str, int]) -> set[int]:
     """Labels to which the program always comes back: one pass from there is its cycle."""
     return {
@@ -34,10 +42,10 @@ def repeated_labels(body: Sequence[Instruction | Block], labels: Mapping[str, in
     found = set()
     for at, one in enumerate(body):
         for inner in within([one]):
-            if inner.kind not in ("branch", "jump") or inner.tree is None or (inner is one and one.kind == "jump"):
+            if inner.kind == "label" or (inner is one and one.kind == "jump"):
                 continue
-            for token in inner.tree.scan_values(lambda value: isinstance(value, Token) and value.type == "LABEL"):
-                target = labels.get(plain_label(str(token)))
+            for label in labels_in(inner):
+                target = labels.get(label)
                 if target is not None and target <= at and any(x.kind == "motion" for x in within(body[target:at])):
                     found.add(target)
     return found

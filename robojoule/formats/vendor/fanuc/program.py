@@ -9,7 +9,8 @@ from functools import cached_property
 from pathlib import Path
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.fanuc.machine import ADDED, Machine
+from robojoule.formats.vendor.fanuc.flow import ADDED
+from robojoule.formats.vendor.fanuc.machine import Machine
 from robojoule.formats.vendor.fanuc.positions import read_positions
 from robojoule.formats.vendor.fanuc.syntax import (
     Block,

@@ -7,15 +7,22 @@ from contextlib import suppress
 
 from lark import Token
 
-from robojoule.formats.vendor.krl.changes import HARMLESS, calls_of, changed_by, handed_over, name_of
+from robojoule.formats.vendor.krl.changes import (
+    HARMLESS,
+    calls_of,
+    changed_by,
+    handed_over,
+    name_of,
+    stops_advance,
+)
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.flow import Flow
 from robojoule.formats.vendor.krl.syntax import Routine, within
 from robojoule.formats.vendor.krl.targets import APO_MODE, Frames
 from robojoule.formats.vendor.lines import Line, Node, short
 from robojoule.formats.vendor.running import Leave, own_names
-from robojoule.formats.vendor.trace import Load
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value
+from robojoule.formats.vendor.trace import Load, Wait
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, unplaced
 from robojoule.robots.robot import Payload
 
 AXES = 6
@@ -31,7 +38,10 @@ class Calls(Flow):
         self.still = frames.beside.still
         self.carried: Payload | None = None
         self.sets = 0  # how often the speed of axes was set
+        self.executed = 0  # how many joint motions have run
+        self.set_before = [0] * AXES  # how many of them had when the speed of each axis was set
         self.calls_elsewhere = False  # programs of other files may move the robot at the speed that is set
+        self.continues = False  # the line before is a CONTINUE
         self.result: Value = UNKNOWN  # of the function that has run last
 
     def run(self, routine: Routine) -> None:
@@ -54,9 +64,12 @@ class Calls(Flow):
 
     def call_functions(self, line: Line) -> None:
         """See `Flow`."""
+        continued, self.continues = self.continues, line.kind == "continue_"
         for call in calls_of(line):
             if call is not line.tree and name_of(call) not in FUNCTIONS:
                 self.variables.returned[id(call)] = self._called(line, call)
+        if not continued and stops_advance(line):
+            self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
     def call(self, line: Line, tree: Node) -> None:
         """A line that is a call."""
@@ -86,7 +99,7 @@ class Calls(Flow):
                 self.forget(root, line)
             return UNKNOWN
         values = self.variables.values
-        given = [value_of(node, line, self.variables) for node in arguments]
+        given = [unplaced(value_of(node, line, self.variables)) for node in arguments]
         parameters = list(zip(routine.parameters, routine.modes, arguments, given, strict=False))
         with own_names(values, routine.own):
             values.update({name: value for name, _, _, value in parameters})
@@ -133,6 +146,14 @@ class Calls(Flow):
         self.sets += 1
         for axis in range(1, AXES + 1):
             self.variables.values[f"$VEL_AXIS[{axis}]"] = value
+        self.set_before = [self.executed] * AXES
+
+    def set_axis(self, root: str) -> None:
+        """The speed of one axis was set; those of external axes do not count."""
+        for axis in range(1, AXES + 1):
+            if root == f"$VEL_AXIS[{axis}]":
+                self.sets += 1
+                self.set_before[axis - 1] = self.executed
 
     def _bas(self, line: Line, nodes: list[Node]) -> None:
         """The routine of the controller that sets speeds and frames."""

@@ -8,17 +8,20 @@ from lark import Tree
 
 from robojoule.formats.vendor.krl.expressions import FUNCTIONS, arguments_of, root_of
 from robojoule.formats.vendor.krl.syntax import Routine, within
-from robojoule.formats.vendor.lines import Line, Node, first_word
+from robojoule.formats.vendor.lines import Line, Node, first_word, words_of
 
 # Routines and functions of the controller that move nothing.
 HARMLESS = {"SET_CD_PARAMS", "USE_CM_PRO_VALUES", "MSGNOTIFY", "MSGSTATE", "MSGQUIT", "PULSE", "ANIN", "CLEAR_KRLMSG"}
-HARMLESS |= {"CWRITE", "SWRITE", "LOAD_DATA", "SET_OPSTATE", "USERLOG", "RDOUT", "VARSTATE", "INITMSG"}
+HARMLESS |= {"IR_STOPM", "CWRITE", "SWRITE", "LOAD_DATA", "SET_OPSTATE", "USERLOG", "RDOUT", "VARSTATE", "INITMSG"}
 HARMLESS |= {"ATAN2", "B_AND", "B_OR", "B_EXOR", "B_NOT", "INV_POS", "FORWARD", "INVERSE", "CAST_FROM", "CAST_TO"}
 HARMLESS |= {"STRADD", "STRCLEAR", "STRCOMP", "STRCOPY", "STRDECLLEN", "STRFIND", "STRLEN", "STRTOBOOL", "STRTOINT"}
 HARMLESS |= {"STRTOREAL", "SREAD", "COPEN", "CCLOSE", "CREAD", "CIOCTL", "GETVAR", "GETCYCDEF", "IS_KEY_PRESSED"}
 HARMLESS |= {"SET_KRLMSG", "EXISTS_KRLMSG", "GET_KRLMSG", "SET_KRLDLG", "EXISTS_KRLDLG", "GETSYSSTATE", "MSGDIALOG"}
 MOTIONS = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL", "PTP_REL", "LIN_REL", "CIRC_REL"}
 MOTIONS |= {"SPTP_REL", "SLIN_REL", "SCIRC_REL"}
+# First words of lines of which nothing is understood, and which set nothing in their place.
+_SETS_NOTHING = {"EXT", "EXTFCT", "SIGNAL", "ENUM", "STRUC", "IMPORT", "GLOBAL", "INTERRUPT", "TRIGGER"}
+_PERIPHERY = {"$IN", "$OUT", "$ANIN", "$ANOUT", "$DIGIN", "$AXIS_ACT", "$POS_ACT"}
 _FRAMES = ("$TOOL", "$BASE")
 # What BAS sets, the routine of the controller, by its first argument.
 _SET_BY_BAS: dict[str, tuple[str, ...]] = {
@@ -47,6 +50,14 @@ def calls_of(line: Line) -> Iterator[Node]:
             yield node
 
 
+def stops_advance(line: Line) -> bool:
+    """Whether a line, without CONTINUE before it, stops the advance run, and so the robot: by inputs or outputs."""
+    if line.tree is None or line.kind in ("motion", "spline", "declaration"):
+        return False
+    names = {root_of(node) for node in line.tree.find_data("ref")}
+    return not names.isdisjoint(_PERIPHERY) or any(name_of(call) == "PULSE" for call in calls_of(line))
+
+
 def name_of(call: Node) -> str:
     """The name of the routine that is called, in capitals."""
     return str(call.children[0]).upper()
@@ -67,11 +78,11 @@ def changed_by(lines: Iterable[Line], routines: Mapping[str, Routine]) -> frozen
 
 def _set_by(line: Line, routines: Mapping[str, Routine]) -> Iterator[str]:
     if line.tree is None:
+        named = words_of(line.code.upper())
+        yield from named if named and named[0] not in _SETS_NOTHING | MOTIONS else ()
         return
     if line.kind in ("assignment", "for_") and isinstance(line.tree.children[0], Tree):
         yield root_of(line.tree.children[0])
-    for call in line.tree.find_data("call"):
-        yield from {"STOOL2": ("$TOOL",), "SBASE": ("$BASE",)}.get(name_of(call), ())
     for call in calls_of(line):
         name, arguments = name_of(call), arguments_of(call)
         if name == "BAS":

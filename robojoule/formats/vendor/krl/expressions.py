@@ -9,7 +9,7 @@ from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.geometry import joined
 from robojoule.formats.vendor.lines import Line, Node
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed, logic
 
 _MOST_DEPTH = 60
 FUNCTIONS: dict[str, Callable[[float], float]] = {
@@ -35,11 +35,14 @@ class Variables:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = {}
+        self.changing: set[str] = set()  # names whose values may change at any time
         self.returned: dict[int, Value] = {}  # what calls of the file's own functions have returned, by their nodes
 
     def get(self, path: tuple[str, ...] | None) -> Value:
         """A variable or a field of one."""
         if path is None:
+            return UNKNOWN
+        if path[0].partition("[")[0] in self.changing:
             return UNKNOWN
         value = self.values.get(path[0], UNKNOWN)
         for name in path[1:]:
@@ -162,15 +165,4 @@ def _operation(kind: str, node: Node, inner: Callable[[Node | Token], Value]) ->
             return _COMPARISONS[str(node.children[1])](first.value, second.value)
         same = isinstance(first, (bool, str)) and type(first) is type(second)
         return (first == second) == (str(node.children[1]) == "==") if same else UNKNOWN
-    return _logic(kind, first, second)
-
-
-def _logic(kind: str, first: Value, second: Value) -> Value:
-    """AND, OR and EXOR; a side that is not known does not matter where the other one decides."""
-    if kind == "op_and" and (first is False or second is False):
-        return False
-    if kind == "op_or" and (first is True or second is True):
-        return True
-    if not (isinstance(first, bool) and isinstance(second, bool)):
-        return UNKNOWN
-    return {"op_and": first and second, "op_or": first or second, "op_exor": first != second}.get(kind, UNKNOWN)
+    return logic(kind, first, second)

@@ -7,15 +7,14 @@ from collections.abc import Callable
 
 from lark import Tree
 
+from robojoule.formats.vendor.cycles import keep_cycle
 from robojoule.formats.vendor.krl.changes import changed_by, may_move, may_wait
 from robojoule.formats.vendor.krl.expressions import Variables, path_of, root_of, value_of
 from robojoule.formats.vendor.krl.syntax import Block, Routine, kind_of, leaves_loop, within
 from robojoule.formats.vendor.lines import Line, short
-from robojoule.formats.vendor.running import MOST_STEPS, Leave, Running
+from robojoule.formats.vendor.running import Leave, Running
 from robojoule.formats.vendor.trace import CycleStart
 from robojoule.formats.vendor.values import Number, Value, number
-
-_MOST_PASSES = 100  # of a loop without end that are looked through for its EXIT
 
 
 class Flow(Running, ABC):
@@ -48,6 +47,10 @@ class Flow(Running, ABC):
     @abstractmethod
     def back_to(self, mark: object) -> None:
         """Take back what has happened since; values of variables stay."""
+
+    @abstractmethod
+    def state(self) -> object:
+        """What is known of variables and settings, to compare passes of a loop."""
 
     def run_body(self, body: list[Line | Block]) -> None:
         """Run lines and blocks in order."""
@@ -110,10 +113,14 @@ class Flow(Running, ABC):
         if step == 0.0:
             self._skip(block)
             return
-        value = first
-        while (value <= last) if step > 0.0 else (value >= last):
+        value: float | None = first
+        while value is not None and ((value <= last) if step > 0.0 else (value >= last)):
             self.variables.set(path, Number(value, None, value.is_integer()))
             if not self._inner_pass(block):
+                return
+            value = number(self.variables.get(path))  # lines within may have set it
+            if value is None:
+                self._skip(block)
                 return
             value += step
         self.variables.forget(root_of(target))  # what a controller leaves in the counter is not published
@@ -150,20 +157,23 @@ class Flow(Running, ABC):
     def _loop_block(self, block: Block) -> None:
         """A loop without end: one pass of it is the cycle, unless it is known to be left."""
         start, line = self.mark(), block.head.number
-        place, outer = len(self.events), self.may_have_left
+        since, outer = len(self.events), self.may_have_left
+        place = since
         self.may_have_left = False
         self.loops += 1
         try:
             if not self._pass(block):
                 return
-            first = self.mark()
-            if self._is_left_later(block):
+            may_end = leaves_loop(block.body) and not self.may_have_left
+            found = keep_cycle(self, since, line, lambda: self._pass(block), self.state, may_end=may_end)
+            if found is None:
                 return
+            place = found
             may_have_left = self.may_have_left
         except Leave as leave:
             if leave.what != "goto":
                 raise
-            first, may_have_left = self.mark(), False
+            may_have_left = False
         finally:
             self.loops -= 1
             self.may_have_left = outer
@@ -171,25 +181,8 @@ class Flow(Running, ABC):
             self.back_to(start)
             self._skip(block)
             return
-        self.back_to(first)
         self.events.insert(place, CycleStart(line))
         raise Leave("program")
-
-    def _is_left_later(self, block: Block) -> bool:
-        """Whether one of the next passes leaves a loop; all that have run count then."""
-        passes = 1
-        while leaves_loop(block.body) and not self.may_have_left:
-            if passes == _MOST_PASSES or self.steps > MOST_STEPS // 2:
-                text = f"the loop is not left within {passes} passes: one of them is the cycle"
-                self.note(block.head.number, text)
-                break
-            before = dict(self.variables.values)
-            if not self._pass(block):
-                return True
-            if self.variables.values == before:  # all further ones are the same
-                break
-            passes += 1
-        return False
 
     @abstractmethod
     def _spline_block(self, block: Block) -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import replace
 
 from lark import Token, Tree
 
 from robojoule.formats.vendor.krl.calls import AXES, Calls
-from robojoule.formats.vendor.krl.changes import MOTIONS
+from robojoule.formats.vendor.krl.changes import MOTIONS, changed_by, may_move
+from robojoule.formats.vendor.krl.executions import Executed, Mark, Setting, Spline
 from robojoule.formats.vendor.krl.expressions import arguments_of, path_of, root_of, value_of
-from robojoule.formats.vendor.krl.syntax import Block, Routine
+from robojoule.formats.vendor.krl.syntax import Block, Routine, action_of, within
 from robojoule.formats.vendor.krl.targets import (
     APO_MODE,
     Frames,
@@ -24,9 +26,8 @@ from robojoule.formats.vendor.lines import Line, Node, first_word, flaw_of, shor
 from robojoule.formats.vendor.running import Leave
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Blend, Motion, PoseTarget, Wait
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, number, unplaced
 from robojoule.formats.vendor.zones import ASSUMED_BLEND
-from robojoule.robots.robot import Payload
 
 ADDED = ";robojoule"  # begins the comment of waits that plans add
 _FULL_PERCENT = 100.0
@@ -41,63 +42,6 @@ NOT_SIMULATED = {
 }
 
 
-@dataclass
-class Setting:
-    """How the speed of one motion statement is set.
-
-    Attributes:
-        line: Its line.
-        percent: The speed that counted; None: it is not known. [%]
-        data: Where the velocity of its motion data stands, if it has any.
-    """
-
-    line: Line
-    percent: float | None
-    data: set[Number] = field(default_factory=set)
-
-
-@dataclass(frozen=True)
-class Executed:
-    """One execution of a joint motion.
-
-    Attributes:
-        statement: First character of its statement.
-        set_by: Which setting of the speed of axes was in force; a number of its own where the motion says it itself.
-        origin: Where that speed stands as a number; None: nowhere.
-        percent: That speed; None: it is not known. [%]
-    """
-
-    statement: int
-    set_by: int
-    origin: Span | None
-    percent: float | None
-
-
-@dataclass(frozen=True)
-class Mark:
-    """How far a program has been run: how many events and executions there are, and what was known then."""
-
-    events: int
-    executions: int
-    carried: Payload | None
-    settings: dict[int, Setting]
-
-
-@dataclass(frozen=True)
-class Spline:
-    """A block of motions without a stop between them, as it runs.
-
-    Attributes:
-        block: The block.
-        last: First character of its last motion.
-        told: What its head sets for all of its motions.
-    """
-
-    block: Block
-    last: int
-    told: Mapping[str, Value]
-
-
 class Machine(Calls):
     """Executes routines and collects events."""
 
@@ -108,7 +52,6 @@ class Machine(Calls):
         self.tool_settings = 0
         self.settings: dict[int, Setting] = {}
         self.executions: list[Executed] = []
-        self.continues = False
         self.spline: Spline | None = None
         self.splined: set[int] = set()  # motions that have run in blocks of splines
         self.variables.values["$NULLFRAME"] = {name: Number(0.0) for name in "XYZABC"}
@@ -127,6 +70,11 @@ class Machine(Calls):
         del self.events[mark.events :], self.executions[mark.executions :]
         self.carried, self.settings = mark.carried, mark.settings
 
+    def state(self) -> object:
+        """See `Flow`."""
+        frames = self.frames
+        return (self.variables.values.copy(), frames.tool, frames.base, sorted(frames.overwritten), self.carried)
+
     def step(self, line: Line) -> None:
         """One line that opens no block."""
         tree = line.tree
@@ -134,14 +82,13 @@ class Machine(Calls):
             if line.code and not line.code.startswith("&"):
                 self._not_understood(line)
             return
-        continues, self.continues = self.continues, line.kind == "continue_"
         self.call_functions(line)
         if line.kind == "motion":
             self._motion(line, tree)
         elif line.kind in ("wait_sec", "wait_for"):
             self._wait(line, tree)
         elif line.kind == "assignment":
-            self._assign(line, tree, continues=continues)
+            self._assign(line, tree)
         elif line.kind == "declaration":
             self._declare(line, tree)
         elif line.kind == "call_line":
@@ -153,15 +100,45 @@ class Machine(Calls):
             raise Leave("routine")
         elif line.kind == "halt":
             self.events.append(Wait(line.code_start, line.number, None, "HALT"))
+        elif line.kind == "label":
+            self._label(line, str(tree.children[0]).upper())
         elif line.kind == "goto":
             self.unknown(line.number, "GOTO is not followed")
             raise Leave("goto")
 
+    def _label(self, line: Line, name: str) -> None:
+        """A label: a GOTO of its routine may have led here, from where other lines have run."""
+        lines = list(within(self.routines[self.calls[-1]].body))
+        for jump in lines:
+            if jump.kind == "goto" and jump.tree is not None and str(jump.tree.children[0]).upper() == name:
+                ends = sorted((jump.number, line.number))
+                for root in sorted(changed_by([one for one in lines if ends[0] < one.number < ends[1]], self.routines)):
+                    self.forget(root, line)
+                self.unknown(
+                    line.number, f"{name} is reached from several places: the robot's position is not known behind it"
+                )
+
+    def _beside(self, line: Line, word: str) -> None:
+        """What a TRIGGER does on the way of a motion, or an INTERRUPT at any time."""
+        action = action_of(line)
+        sets = changed_by([action], self.routines)
+        for root in sorted(sets):
+            self.forget(root, line)
+        if word != "TRIGGER":
+            self.variables.changing |= sets
+            if may_move([action], self.routines, self.still):
+                text = f"the interrupt may move the robot, apart from the cycle: {action.code}"
+                self.note(line.number, text)
+
     def _not_understood(self, line: Line) -> None:
-        word = first_word(line.code).upper()
-        if word in MOTIONS:
+        word = first_word(line.code.upper().removeprefix("GLOBAL ")).upper()
+        for root in sorted(changed_by([line], self.routines)):
+            self.forget(root, line)
+        if word in ("INTERRUPT", "TRIGGER"):
+            self._beside(line, word)
+        elif word in MOTIONS:
             self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
-        elif word not in ("EXT", "EXTFCT", "GLOBAL", "INTERRUPT", "SIGNAL", "TRIGGER", "ENUM", "STRUC", "IMPORT"):
+        elif word not in ("EXT", "EXTFCT", "GLOBAL", "SIGNAL", "ENUM", "STRUC", "IMPORT"):
             self.note(line.number, f"not understood and kept{flaw_of(line.code)}: {short(line.code)}")
 
     # Motions
@@ -174,7 +151,7 @@ class Machine(Calls):
         first = expressions[0]
         if first.data == "ref" and root_of(first) in ("$AXIS_ACT", "$POS_ACT"):
             return  # to where the robot is
-        spline = self.spline
+        spline, frames = self.spline, copy(self.frames)
         told = {**(spline.told if spline is not None else {}), **self._told(line, tree)}
         self._carry_by_tool(line)
         values = [value_of(one, line, self.variables) for one in expressions]
@@ -204,7 +181,11 @@ class Machine(Calls):
             setting = self.settings.setdefault(head.code_start, Setting(head, speed.percent))
             setting.percent = speed.percent
             set_by = -len(self.executions) - 1 if own else self.sets
-            self.executions.append(Executed(head.code_start, set_by, origin, speed.percent))
+            self.executed += 1
+            shared = frozenset(one.origin for one in axes if isinstance(one, Number) and one.origin is not None)
+            is_partly_set = not own and len({*self.set_before}) > 1
+            others = shared if is_partly_set or origin is None else frozenset()
+            self.executions.append(Executed(head.code_start, set_by, origin, speed.percent, others, is_partly_set))
             data = told.get("data", self.variables.values.get("PDAT_ACT"))
             if spline is None and isinstance(data, Mapping) and isinstance(data.get("VEL"), Number):
                 setting.data.add(data["VEL"])
@@ -224,6 +205,13 @@ class Machine(Calls):
             tool=self.frames.tool,
         )
         self.events.append(motion)
+        self._back_to_frames(frames)
+
+    def _back_to_frames(self, frames: Frames) -> None:
+        """Tool and base as they were before WITH has set them for one motion, or for one block."""
+        was = self.frames.tool_settings
+        frames.tool_settings = was + (was != frames.tool_settings)
+        self.frames = frames
 
     def _blend(self, line: Line, tree: Node, told: Mapping[str, Value], *, is_joint: bool) -> Blend | None:
         """How a motion is blended; in a block of splines, all but the last one pass their points."""
@@ -245,11 +233,13 @@ class Machine(Calls):
         what = "motions of this block keep their speed, without waits between them"
         self.note(head.number, f"{what}; each is taken to pass its point within half of the way")
         self.splined |= {*motions}
+        frames = copy(self.frames)
         self.spline = Spline(block, motions[-1], self._told(head, head.tree))
         try:
             self.run_body(block.body)
         finally:
             self.spline = None
+        self._back_to_frames(frames)
 
     def _told(self, line: Line, tree: Node) -> dict[str, Value]:
         """What WITH sets for one motion: speeds, tool and base, motion data."""
@@ -270,6 +260,8 @@ class Machine(Calls):
                 self.frames.set_tool(value.get("TOOL_NO") if isinstance(value, Mapping) else UNKNOWN)
             elif name == "SBASE":
                 self.frames.set_base(value)
+            elif path in (("$TOOL",), ("$BASE",)):
+                self._frame(path[0], node, value_of(node, line, self.variables), line)
             elif name in ("SAPO_PTP", "SAPO"):
                 told["data"] = value
         return told
@@ -297,7 +289,7 @@ class Machine(Calls):
 
     # Variables
 
-    def _assign(self, line: Line, tree: Node, *, continues: bool) -> None:
+    def _assign(self, line: Line, tree: Node) -> None:
         target, expression = tree.children
         assert isinstance(target, Tree)
         value = value_of(expression, line, self.variables)
@@ -305,20 +297,18 @@ class Machine(Calls):
         if path is None:
             self.forget(root_of(target), line)
             return
-        self.variables.set(path, value)
         root = path[0]
+        self.variables.set(path, value if root.startswith("$VEL_AXIS[") or len(path) > 1 else unplaced(value))
         if path == ("$APO", "CPTP"):
             self.variables.set(APO_MODE, "")
-        self.sets += root.startswith("$VEL_AXIS[")
+        self.set_axis(root)
         self._note_modal(root, path, value, line)
         if root in ("$TOOL", "$BASE"):
-            self._frame(root, expression, value, line)
+            self._frame(root, expression if len(path) == 1 else target, self.variables.values[root], line)
         elif root.startswith("TOOL_DATA[") or root.startswith("BASE_DATA["):
             self.frames.define(root, self.variables.values[root])
         elif root == "$LOAD":
             self.carry(line, payload_of(self.variables.values[root]), short(line.code))
-        elif root.startswith(("$OUT", "$ANOUT")) and not continues:
-            self.events.append(Wait(line.code_start, line.number, 0.0, short(line.code)))
 
     def _note_modal(self, root: str, path: tuple[str, ...], value: Value, line: Line) -> None:
         """Tell once of what acts on all motions and is not simulated."""
@@ -328,13 +318,10 @@ class Machine(Calls):
             self.told.add(name)
             self.note(line.number, f"{name} is kept and not simulated: {NOT_SIMULATED[name]}")
 
-    def _frame(self, root: str, expression: Node | Token, value: Value, line: Line) -> None:
-        path = (
-            path_of(expression, line, self.variables)
-            if isinstance(expression, Tree) and expression.data == "ref"
-            else None
-        )
-        self.frames.present(root, path[0] if path else "", self.variables.values[root] if path is None else value)
+    def _frame(self, root: str, node: Node | Token, value: Value, line: Line) -> None:
+        """Tool or base is set, by a variable or by a value."""
+        path = path_of(node, line, self.variables) if isinstance(node, Tree) and node.data == "ref" else None
+        self.frames.present(root, path[0] if path else "", value)
 
     def _carry_by_tool(self, line: Line) -> None:
         """The load that belongs to the present tool's number, if its figures are known, where the tool was set."""
@@ -357,4 +344,4 @@ class Machine(Calls):
             indices = [part for part in one.children[1:] if isinstance(part, Tree) and part.data == "indices"]
             if indices and indices[0].children and not isinstance(indices[0].children[0], Token):
                 continue
-            self.variables.set((name,), value_of(given[0], line, self.variables))
+            self.variables.set((name,), unplaced(value_of(given[0], line, self.variables)))

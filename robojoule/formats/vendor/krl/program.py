@@ -9,12 +9,13 @@ from functools import cached_property
 from pathlib import Path
 
 from robojoule.errors import InputError
-from robojoule.formats.vendor.composing import plain
+from robojoule.formats.vendor.composing import decimal, plain
+from robojoule.formats.vendor.krl.executions import Setting
 from robojoule.formats.vendor.krl.folds import Fold, motion_folds, speeds_in, spline_folds
-from robojoule.formats.vendor.krl.machine import ADDED, Machine, Setting
+from robojoule.formats.vendor.krl.machine import ADDED, Machine
 from robojoule.formats.vendor.krl.syntax import read_lines, routines, spline_blocks
 from robojoule.formats.vendor.krl.targets import Frames
-from robojoule.formats.vendor.lines import Line
+from robojoule.formats.vendor.lines import Line, behind
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
 from robojoule.formats.vendor.trace import Beside, Event, Motion, Trace, Wish
 
@@ -90,6 +91,7 @@ class KrlProgram:
         in_force: dict[int, float | None] = {}
         first: dict[Span, int] = {}
         untouched = {one.origin for one in executions if one.set_by in self._protected}
+        untouched |= {origin for one in executions for origin in one.others}
         for one in executions:
             if one.origin is None or one.origin in untouched:
                 in_force.setdefault(one.set_by, one.percent)
@@ -138,10 +140,16 @@ class KrlProgram:
         assert self._machine is not None
         found = set()
         for one in self._machine.executions:
-            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin))
+            own = one.set_by < 0 or (one.origin is not None and self._in_fold(one.origin) and not self._is_partly_set)
             if one.statement in self._changing or (self._has_bystanders and not own):
                 found.add(one.set_by)
         return frozenset(found)
+
+    @cached_property
+    def _is_partly_set(self) -> bool:
+        """Whether some motion has speeds of single axes from before another one, where these must stay."""
+        assert self._machine is not None
+        return any(one.is_partly_set for one in self._machine.executions)
 
     def _is_set_back(self, statement: int) -> bool:
         """Whether a line that sets a motion's speed is followed by one that sets it back."""
@@ -155,7 +163,7 @@ class KrlProgram:
         They may stand in this file, or in programs of other files that it calls.
         """
         assert self._machine is not None
-        if self._machine.calls_elsewhere:
+        if self._machine.calls_elsewhere or self._is_partly_set:
             return True
         ran = self._machine.settings.keys() | self._machine.splined
         others = [line for start, line in self._motions.items() if start not in ran and start not in self._folds]
@@ -183,14 +191,8 @@ class KrlProgram:
         edits = [Edit(Span(line.start, line.start), f"{line.indent}BAS(#VEL_PTP,{plain(percent)}){end}")]
         before = setting.percent
         if self._is_set_back(statement) and before is not None:
-            edits.append(self._behind(last, f"{line.indent}BAS(#VEL_PTP,{plain(before)})"))
+            edits.append(behind(last, f"{line.indent}BAS(#VEL_PTP,{plain(before)})", end))
         return edits
-
-    def _behind(self, line: Line, text: str) -> Edit:
-        """A further line behind a line; the last one of a file may have no end."""
-        end = self.sources[0].line_end
-        is_cut = line.end == line.start + len(line.text)
-        return Edit(Span(line.end, line.end), f"{end}{text}" if is_cut else f"{text}{end}")
 
     def _told_speeds(self, statement: int) -> list[Span]:
         fold = self._folds.get(statement)
@@ -222,12 +224,11 @@ class KrlProgram:
         text = f"{first.indent}WAIT SEC {self.wait_text(seconds)} {ADDED}: wait added by a plan"
         if before:
             return Edit(Span(first.start, first.start), f"{text}{source.line_end}")
-        return self._behind(last, text)
+        return behind(last, text, source.line_end)
 
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        whole, _, part = f"{seconds:.6f}".rstrip("0").partition(".")
-        return f"{whole}.{part or '0'}"
+        return decimal(seconds)
 
     def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
         """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -104,6 +104,15 @@ def _parsed(code: str) -> Node | None:
         return _grammar().parse(code)
     except (LarkError, RecursionError):
         return None
+
+
+def action_of(line: Line) -> Line:
+    """What an INTERRUPT or a TRIGGER does, as a line of its own: what stands between DO and PRIO."""
+    start = line.code.upper().find(" DO ")
+    action = line.code[start + len(" DO ") :] if start >= 0 else ""
+    end = action.upper().rfind(" PRIO")
+    action = (action if end < 0 else action[:end]).strip()
+    return replace(line, code=action, tree=_parsed(action) if action else None)
 
 
 def routines(lines: list[Line]) -> list[Routine]:

@@ -14,6 +14,7 @@ from robojoule.formats.vendor.rapid.machine import ADDED
 from robojoule.formats.vendor.rapid.motions import FORMS
 from robojoule.motion.simulation import MotionPaths
 from robojoule.programs.operation_tree import OperationTree
+from robojoule.programs.tree_check import check_tree
 from robojoule.robots.pendant import PendantAngles
 from robojoule.robots.robot import Robot
 
@@ -30,7 +31,7 @@ def compose_rapid(tree: OperationTree, robot: Robot | None, name: str) -> Compos
     r"""A new program; see `robojoule.formats.vendor.composing`. Its motions say how long they take (\T).
 
     Raises:
-        InputError: No robot says how long the motions take, or it has more axes than RAPID's.
+        InputError: No robot says how long the motions take, it has more axes than RAPID's, or it cannot get there.
     """
     if robot is None:
         problem = "RAPID says durations, and no robot says how long a motion at a share of its limits takes"
@@ -74,6 +75,7 @@ def compose_rapid(tree: OperationTree, robot: Robot | None, name: str) -> Compos
 
 def _durations_s(tree: OperationTree, robot: Robot) -> list[float]:
     """Durations of all moves, each from rest to rest, rounded down to the digits that are written. [s]"""
+    check_tree(tree, robot)
     places = tree.configurations_rad()
     if tree.angles == "pendant":
         places = PendantAngles.of(robot).model_rad(places)

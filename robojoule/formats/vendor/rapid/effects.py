@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 from lark import Token, Tree
 
+from robojoule.formats.vendor.lines import words_of
 from robojoule.formats.vendor.rapid.expressions import arguments_of
 from robojoule.formats.vendor.rapid.instructions import CHANGING, FUNCTIONS, HARMLESS, SETTINGS, WAITS
+from robojoule.formats.vendor.rapid.motions import FORMS
 from robojoule.formats.vendor.rapid.syntax import Node, Routine, Statement, within
 
 
@@ -65,6 +67,8 @@ class Search:
         for one in statements:
             if one.tree is None:
                 found.moves = True
+                words = words_of(one.code.upper())
+                found.sets |= set() if words and words[0] in FORMS else set(words)
             else:
                 self._look(one, one.tree, found)
         return found
@@ -138,6 +142,19 @@ def own_names_of(routine: Routine) -> set[str]:
 def declared_by(tree: Node) -> str:
     """The name in capitals that a declaration declares."""
     return [str(child) for child in tree.children if isinstance(child, Token)][-1].upper()
+
+
+def shared_by(one: Statement) -> str:
+    """The name in capitals of the PERS data that a statement declares and other modules may change; else empty.
+
+    Those of tools, work objects and loads are always PERS, and calibrated rather than changed.
+    """
+    if one.kind != "declaration" or one.tree is None:
+        return ""
+    storage, kind, *_ = (str(child).upper() for child in one.tree.children if isinstance(child, Token))
+    is_local = "LOCAL" in one.code.upper().split()
+    is_shared = storage == "PERS" and not is_local and kind not in ("TOOLDATA", "WOBJDATA", "LOADDATA")
+    return declared_by(one.tree) if is_shared else ""
 
 
 def functions_in(tree: Node | Token) -> list[str]:

@@ -10,7 +10,7 @@ from lark import Token, Tree
 
 from robojoule.formats.vendor.rapid.data import component, floats, predefined, rotation_of
 from robojoule.formats.vendor.rapid.syntax import Node, Statement
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed, number
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed, logic, number
 from robojoule.robots.rigid_body import Placement, quaternions
 
 Path = tuple[str | int, ...]
@@ -46,11 +46,15 @@ class Variables:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = predefined()
+        self.fixed = set(self.values)  # names whose values nothing changes
+        self.read: set[str] = set()  # names whose values were asked for
+        self.changing: set[str] = set()  # names whose values may change at any time
 
     def get(self, path: Path) -> Value:
         """The value at a path of a name, components and numbers from 1 on."""
         name, *inner = path
-        value = self.values.get(str(name), UNKNOWN)
+        self.read.add(str(name))
+        value: Value = UNKNOWN if name in self.changing else self.values.get(str(name), UNKNOWN)
         for part in inner:
             place = _place(part, value)
             if place is None:
@@ -65,7 +69,8 @@ class Variables:
 
     def forget(self, name: str) -> None:
         """The value of a name is not known any more."""
-        self.values[name.upper()] = UNKNOWN
+        if name.upper() not in self.fixed:
+            self.values[name.upper()] = UNKNOWN
 
 
 def _place(part: str | int, value: Value) -> int | None:
@@ -126,7 +131,9 @@ def value_of(node: Node | Token, statement: Statement, variables: Variables, dep
         return computed(Number(0.0), values[0], lambda a, b: a - b)
     if kind == "op_compare":
         return _compared(str(inner[1]), values)
-    return _logic(kind, values)
+    if kind == "op_not":
+        return not values[0] if isinstance(values[0], bool) else UNKNOWN
+    return logic(kind, values[0], values[-1])
 
 
 def _literal(text: str, statement: Statement, node: Node) -> Number:
@@ -148,17 +155,6 @@ def _compared(sign: str, values: list[Value]) -> Value:
     same = isinstance(first, (float, int)) and isinstance(second, (float, int))
     same = same or (isinstance(first, str) and isinstance(second, str))
     return _COMPARISONS[sign](first, second) if same else UNKNOWN
-
-
-def _logic(kind: str, values: list[Value]) -> Value:
-    if kind == "op_not":
-        return not values[0] if isinstance(values[0], bool) else UNKNOWN
-    decisive = {"op_and": False, "op_or": True}.get(kind)
-    if decisive is not None and any(value is decisive for value in values):
-        return decisive
-    if not all(isinstance(value, bool) for value in values):
-        return UNKNOWN
-    return values[0] is not values[1] if kind == "op_xor" else values[0]
 
 
 def arguments_of(node: Node) -> tuple[list[Node | Token], dict[str, Node | Token | None]]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from lark import Token
 
+from robojoule.formats.vendor.cycles import keep_cycle
 from robojoule.formats.vendor.lines import short
 from robojoule.formats.vendor.rapid.effects import Effects, Search, functions_in, own_names_of
 from robojoule.formats.vendor.rapid.expressions import Variables, value_of
@@ -23,7 +24,7 @@ class Flow(Running):
 
     def __init__(self, routines: Sequence[Routine], beside: Beside) -> None:
         super().__init__()
-        self.routines = {routine.name: routine for routine in routines}
+        self.routines = {routine.name: routine for routine in routines if not routine.is_trap}
         self.beside = beside
         self.search = Search(self.routines, beside.still)
         self.variables = Variables()
@@ -37,6 +38,10 @@ class Flow(Running):
     @abstractmethod
     def forget_settings(self, one: Statement, names: set[str]) -> None:
         """Instructions that hold for what comes behind them may have run."""
+
+    @abstractmethod
+    def state(self) -> object:
+        """What is known of data and settings, to compare passes of a loop."""
 
     def run_routine(self, routine: Routine, given: Mapping[str, Value] | None = None) -> dict[str, Value]:
         """Run a routine with these parameters; gives what they are at its end."""
@@ -147,11 +152,17 @@ class Flow(Running):
         one, since = block.head, len(self.events)
         effects = self.search.of(list(within([block]))[1:])
         is_endless = self._is_constant(one, effects)
-        while (condition := self._condition(one)) is True:
+
+        def next_pass() -> bool:
             self.count(one.line)
             self.run_body(block.body)
-            if is_endless and effects.returns | effects.ends <= self.left[-1]:
-                self._end_with(one, since)
+            return True
+
+        while (condition := self._condition(one)) is True:
+            next_pass()
+            if is_endless:
+                may_end = not effects.returns | effects.ends <= self.left[-1]
+                self._end_with(one, since, keep_cycle(self, since, one.line, next_pass, self.state, may_end=may_end))
         if condition is not False:
             self.skip(one, list(within([block]))[1:])
 
@@ -161,10 +172,10 @@ class Flow(Running):
         named = {str(ref.children[0]).upper() for ref in one.tree.find_data("ref")}
         return not functions_in(one.tree) and not named & effects.sets
 
-    def _end_with(self, one: Statement, since: int) -> None:
+    def _end_with(self, one: Statement, since: int, place: int | None) -> None:
         """End with a loop that nothing known ends: it is the cycle, if it moves the robot."""
         if any(isinstance(event, (Motion, Unknown)) for event in self.events[since:]):
-            self.events.insert(since, CycleStart(one.line))
+            self.events.insert(since if place is None else place, CycleStart(one.line))
         else:
             del self.events[since:]
             self.note(one.line, "the loop without end does not move the robot: it is planned up to there")

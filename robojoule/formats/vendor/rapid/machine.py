@@ -9,12 +9,12 @@ from lark import Tree
 
 from robojoule.formats.vendor.lines import flaw_of, short
 from robojoule.formats.vendor.rapid.data import payload_of, tool_of
-from robojoule.formats.vendor.rapid.effects import declared_by, given_to, is_return
+from robojoule.formats.vendor.rapid.effects import declared_by, given_to, is_return, own_names_of, shared_by
 from robojoule.formats.vendor.rapid.expressions import arguments_of, path_of, value_of
 from robojoule.formats.vendor.rapid.flow import Flow
 from robojoule.formats.vendor.rapid.instructions import CHANGING, HARMLESS, NOT_SIMULATED, SETTINGS, WAITS
 from robojoule.formats.vendor.rapid.motions import FORMS, read_motion
-from robojoule.formats.vendor.rapid.syntax import Node, Routine, Statement
+from robojoule.formats.vendor.rapid.syntax import Node, Routine, Statement, within
 from robojoule.formats.vendor.running import Leave
 from robojoule.formats.vendor.text import Span
 from robojoule.formats.vendor.trace import Beside, Load, Wait
@@ -37,19 +37,37 @@ class Machine(Flow):
         self.load: Payload | None = None
         self.is_carried_known = True
         for one in data:
-            if one.kind == "declaration":
+            if one.kind == "declaration" and one.tree is not None:
                 self.step(one)
+                name, is_constant = declared_by(one.tree), "CONST" in one.code.upper().split()
+                (self.variables.fixed.add if is_constant else self.variables.fixed.discard)(name)
+        self.shared = {name: one.line for one in data if (name := shared_by(one))}
+        self.variables.read.clear()
+        for trap in (one for one in routines if one.is_trap):
+            effects = self.search.of(within(trap.body))
+            self.variables.changing |= effects.sets - own_names_of(trap)
+            if effects.moves:
+                text = f"the trap {trap.name} may move the robot, apart from the cycle"
+                self.note(trap.line, text)
 
     def run(self, routine: Routine) -> None:
         """Run a program from the beginning of its main procedure."""
         with suppress(Leave):
             self.run_routine(routine)
+        text = "PERS data count as the file has them, other modules and tasks may change them"
+        for name in sorted(self.shared.keys() & self.variables.read):
+            self.note(self.shared[name], text)
+
+    def state(self) -> object:
+        """See `Flow`."""
+        return (self.variables.values.copy(), self.setting, self.grip, self.load)
 
     def step(self, one: Statement) -> None:
         """One statement that opens no block."""
         tree = one.tree
         if tree is None:
             text = f"not understood{flaw_of(one.code)}, it may move the robot: {short(one.code)}"
+            self.forget(one, self.search.of([one]))
             self.unknown(one.line, text, may_stand=True)
             return
         if one.kind == "compact_if":
@@ -66,11 +84,25 @@ class Machine(Flow):
             self._late_call(one, tree)
         elif one.kind == "stop":
             self.events.append(Wait(one.start, one.line, None, "Stop"))
+        elif one.kind == "label":
+            self._label(one, str(tree.children[0]))
         elif one.kind == "goto":
             self.unknown(one.line, "GOTO is not followed")
             raise Leave("routine")
         elif one.kind == "return_":
             raise Leave("routine" if is_return(one) else "program")
+
+    def _label(self, one: Statement, name: str) -> None:
+        """A label: a GOTO of its routine may have led here, from where other statements have run."""
+        found = list(within(self.routines[self.calls[-1]].body))
+        for jump in found:
+            jumps = [] if jump.tree is None else jump.tree.find_data("goto")
+            if any(str(node.children[0]).upper() == name.upper() for node in jumps):
+                first, last = sorted((jump.start, one.start))
+                self.forget(one, self.search.of(other for other in found if first < other.start < last))
+                self.unknown(
+                    one.line, f"{name} is reached from several places: the robot's position is not known behind it"
+                )
 
     # Data
 
@@ -215,6 +247,14 @@ class Machine(Flow):
         _, named = arguments_of(tree)
         self.setting.path_configured = "OFF" not in named
 
+    def _pdispon(self, one: Statement, tree: Node) -> None:
+        self.setting.is_displaced = True
+
+    _pdispset = _pdispon
+
+    def _pdispoff(self, one: Statement, tree: Node) -> None:
+        self.setting.is_displaced = False
+
     def _gripload(self, one: Statement, tree: Node) -> None:
         plain, _ = arguments_of(tree)
         self.grip = value_of(plain[0], one, self.variables) if plain else UNKNOWN
@@ -239,6 +279,7 @@ class Machine(Flow):
         """Instructions that hold for what comes behind them may have run."""
         if "VELSET" in names:
             self.setting.velocity_share = None
+        self.setting.is_displaced |= not names.isdisjoint(("PDISPON", "PDISPSET"))
         if "GRIPLOAD" in names:
             self.grip = UNKNOWN
             self._carry(one)

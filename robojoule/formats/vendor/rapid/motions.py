@@ -83,12 +83,14 @@ class Setting:
         path_configured: Whether motions of the tool along a path do (ConfL).
         velocity_share: Share of the programmed velocities that is used (VelSet); None: not known. [-]
         most_m_s: Largest velocity of the tool (VelSet). [m/s]
+        is_displaced: Whether places of the tool are displaced, or may be (PDispOn, PDispSet).
     """
 
     configured: bool = True
     path_configured: bool = True
     velocity_share: float | None = 1.0
     most_m_s: float = math.inf
+    is_displaced: bool = False
 
 
 @dataclass(frozen=True)
@@ -181,6 +183,8 @@ def _target(
         if angles is None:
             return None, f"{what} is known only while the program runs"
         return JointTarget(tuple(map(math.radians, angles)), external=outside), ""
+    if setting.is_displaced:
+        return None, f"{what} is displaced by a program displacement (PDispOn, PDispSet), which is not followed"
     origin, rotation = (floats(value[0], 3), rotation_of(value[1])) if len(value) == 4 else (None, None)
     if origin is None or rotation is None:
         return None, f"{what} is known only while the program runs"

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robojoule.errors import InputError
+from robojoule.formats.vendor.composing import plain
 from robojoule.formats.vendor.rapid.machine import ADDED, Machine
 from robojoule.formats.vendor.rapid.syntax import routines, statements
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
@@ -24,7 +25,7 @@ class RapidProgram:
         self.sources = (source,)
         self.statements = statements(source)
         self.routines, self.data = routines(self.statements)
-        self.procedures = [one for one in self.routines if not one.is_function]
+        self.procedures = [one for one in self.routines if not (one.is_function or one.is_trap)]
         if not self.procedures:
             allowed = "a module with PROC main, or with one procedure at least"
             raise InputError("the file has no procedure", file=source.path, allowed=allowed)
@@ -55,7 +56,7 @@ class RapidProgram:
             if wish.duration_s is None:  # nothing turns: no duration is needed, and none is said
                 continue
             span = self._machine.places[statement]
-            text = _number_text(math.floor(wish.duration_s / _DURATION_STEP_S) * _DURATION_STEP_S, 5)
+            text = plain(math.floor(wish.duration_s / _DURATION_STEP_S) * _DURATION_STEP_S, 5)
             edits.append(Edit(span, text if span.end > span.start else rf"\T:={text}"))
         return edits
 
@@ -75,16 +76,11 @@ class RapidProgram:
 
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        return _number_text(seconds, 3)
+        return plain(seconds, 3)
 
     def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
         """See `robojoule.formats.vendor.trace.VendorProgram`: nothing has to be."""
         return tuple(texts)
-
-
-def _number_text(value: float, decimals: int) -> str:
-    """A number with at most so many decimals."""
-    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") or "0"
 
 
 def read_rapid(path: Path) -> RapidProgram:

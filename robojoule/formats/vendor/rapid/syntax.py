@@ -102,6 +102,7 @@ class Routine:
         by_reference: Those of them through which it changes data of its caller.
         optional: Those of them that a call may leave out.
         is_function: Whether it is a function, which expressions call.
+        is_trap: Whether it is a trap, which interrupts run.
         body: What it does, without its handlers of errors.
         line: Line on which it begins.
     """
@@ -113,6 +114,7 @@ class Routine:
     by_reference: frozenset[str] = frozenset()
     optional: frozenset[str] = frozenset()
     is_function: bool = False
+    is_trap: bool = False
 
 
 @cache
@@ -187,7 +189,7 @@ def _header_end(text: str) -> int:
 
 
 def routines(found: Sequence[Statement]) -> tuple[list[Routine], list[Statement]]:
-    """Procedures and functions of a file, and the declarations outside of them."""
+    """Procedures, functions and traps of a file, and the declarations outside of them."""
     procedures: list[Routine] = []
     data: list[Statement] = []
     inside: list[Statement] | None = None
@@ -195,7 +197,7 @@ def routines(found: Sequence[Statement]) -> tuple[list[Routine], list[Statement]
     is_handler = is_other = False
     for one in found:
         if one.kind in ("proc", "func", "trap", "record"):
-            is_other = one.kind not in ("proc", "func")
+            is_other = one.kind == "record"
             head, inside, is_handler = None if is_other else one, [], False
         elif one.kind in ("endproc", "endfunc", "endtrap", "endrecord", "endmodule"):
             if head is not None and inside is not None:
@@ -232,6 +234,7 @@ def _routine(head: Statement, body: Sequence[Statement]) -> Routine:
         frozenset(by_reference),
         frozenset(optional),
         is_function,
+        head.kind == "trap",
     )
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from lark import Token, Tree
 
-from robojoule.formats.vendor.lines import Line, Node, first_word
-from robojoule.formats.vendor.ur.builtins import HARMLESS, PAYLOADS, PREFIXES, STANDING, STREAMS
+from robojoule.formats.vendor.lines import Line, Node, first_word, words_of
+from robojoule.formats.vendor.ur.builtins import HARMLESS, KEYWORDS, PAYLOADS, PREFIXES, STANDING, STREAMS
 from robojoule.formats.vendor.ur.motions import MOTIONS
 from robojoule.formats.vendor.ur.syntax import Block, kind_of
 
@@ -143,6 +143,9 @@ def _collect_line(line: Line, found: Effects, *, in_loop: bool) -> None:
     if line.tree is None:
         word = first_word(line.code)
         found.moves |= word in MOTIONS or word in STREAMS
+        if word in MOTIONS or word in STREAMS:
+            return
+        found.sets |= {("", one) for one in words_of(line.code) if one.isidentifier() and one not in KEYWORDS}
         return
     found.calls |= set(called_in(line.tree))
     if line.kind == "assignment":

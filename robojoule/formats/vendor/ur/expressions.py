@@ -11,7 +11,7 @@ from lark import Token, Tree
 
 from robojoule.formats.vendor.lines import Line, Node
 from robojoule.formats.vendor.ur.names import Names
-from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed
+from robojoule.formats.vendor.values import UNKNOWN, Number, Value, computed, logic
 from robojoule.robots.inverse_kinematics import inverse_of
 from robojoule.robots.rigid_body import Placement
 
@@ -154,7 +154,7 @@ def _called(name: str, node: Node, inner: Evaluate) -> Value:
     if len(poses) == len(values) == 2 and name == "pose_trans":
         return Pose(poses[0] @ poses[1])
     if len(poses) == len(values) == 2 and name == "pose_add":
-        return Pose(Placement(poses[1].rotation @ poses[0].rotation, poses[0].origin_m + poses[1].origin_m))
+        return Pose(Placement(poses[0].rotation @ poses[1].rotation, poses[0].origin_m + poses[1].origin_m))
     if len(poses) == len(values) == 1 and name == "pose_inv":
         return Pose(inverse_of(poses[0]))
     if name == "get_inverse_kin" and values and isinstance(values[0], Pose):
@@ -175,7 +175,7 @@ def _operation(kind: str, node: Node, inner: Evaluate) -> Value:
             return (first == second) == (sign == "==")
         return UNKNOWN
     if kind in ("op_and", "op_or", "op_xor"):
-        return _logic(kind, first, second)
+        return logic(kind, first, second)
     rules: dict[str, Callable[[float, float], float]] = {
         "op_add": lambda a, b: a + b,
         "op_sub": lambda a, b: a - b,
@@ -189,14 +189,3 @@ def _operation(kind: str, node: Node, inner: Evaluate) -> Value:
     if isinstance(first, tuple) and isinstance(second, Number) and kind in ("op_mul", "op_div"):
         return tuple(computed(a, second, rule) for a in first)
     return computed(first, second, rule)
-
-
-def _logic(kind: str, first: Value, second: Value) -> Value:
-    """And, or and xor; a side that is not known does not matter where the other one decides."""
-    if kind == "op_and" and (first is False or second is False):
-        return False
-    if kind == "op_or" and (first is True or second is True):
-        return True
-    if not (isinstance(first, bool) and isinstance(second, bool)):
-        return UNKNOWN
-    return {"op_and": first and second, "op_or": first or second, "op_xor": first != second}[kind]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from lark import Token, Tree
 
+from robojoule.formats.vendor.cycles import keep_cycle
 from robojoule.formats.vendor.lines import Line, Node, short
 from robojoule.formats.vendor.running import Leave, Running
 from robojoule.formats.vendor.trace import Beside, CycleStart, Load, Motion, Unknown, Wait
@@ -138,8 +139,11 @@ class Flow(Running):
             while (condition := self._condition(block.head)) is True:
                 if not self._pass(block):
                     break
-                if is_endless and ends <= opened.left:
-                    if self._is_cycle(block, opened):
+                if is_endless:
+                    place = self._cycle_of(block, opened, may_end=not ends <= opened.left)
+                    if place is None:
+                        break
+                    if self._is_cycle(block, opened, place):
                         raise Leave("program")
                     del self.events[opened.since :]
                     condition = UNKNOWN
@@ -157,11 +161,19 @@ class Flow(Running):
         named = {str(one.children[0]) for one in head.tree.iter_subtrees() if one.data == "name"}
         return not called_in(head.tree) and not named & effects.names
 
-    def _is_cycle(self, block: Block, opened: Open) -> bool:
+    def _cycle_of(self, block: Block, opened: Open, *, may_end: bool) -> int | None:
+        """Where among the events the pass begins that is the cycle; None: one of the next passes has left the loop."""
+
+        def state() -> object:
+            return (self.names.known(), self.tool, self.carried)
+
+        return keep_cycle(self, opened.since, block.head.number, lambda: self._pass(block), state, may_end=may_end)
+
+    def _is_cycle(self, block: Block, opened: Open, place: int) -> bool:
         """Whether a loop that nothing known ends is the cycle, not a wait for what ends it."""
         head = block.head
         if any(isinstance(event, (Motion, Unknown)) for event in self.events[opened.since :]):
-            self.events.insert(opened.since, CycleStart(head.number))
+            self.events.insert(place, CycleStart(head.number))
             if opened.left:
                 text = "the loop is taken for the cycle: what ends it is known only while the program runs"
                 self.note(head.number, text)

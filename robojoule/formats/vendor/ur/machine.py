@@ -80,6 +80,7 @@ class Machine(Flow):
 
     def _not_understood(self, line: Line) -> None:
         word = first_word(line.code)
+        self.forget(line, self.search.of([line]))
         if word in MOTIONS or word in STREAMS:
             self.unknown(line.number, f"the motion is not understood{flaw_of(line.code)}: {short(line.code)}")
         else:

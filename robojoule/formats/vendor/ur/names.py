@@ -34,6 +34,10 @@ class Names:
         values = self._own if scope == "local" or (not scope and is_own) else self._shared
         values[name] = value
 
+    def known(self) -> tuple[dict[str, Value], dict[str, Value]]:
+        """Values of all functions' variables and of those of the present function."""
+        return dict(self._shared), dict(self._own)
+
     def forget_shared(self, name: str, *, for_good: bool = False) -> None:
         """The value of a variable of all functions is not known any more; for good: a thread may change it any time."""
         if name in self._shared:

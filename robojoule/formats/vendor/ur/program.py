@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from robojoule.formats.vendor.composing import decimal
+from robojoule.formats.vendor.lines import behind
 from robojoule.formats.vendor.text import Edit, SourceText, Span, read_source
 from robojoule.formats.vendor.trace import Beside, Trace, Wish
 from robojoule.formats.vendor.ur.machine import ADDED, Machine
@@ -43,9 +45,9 @@ class UrProgram:
             call = self._calls[statement]
             duration = call.given.get("t")
             if duration is not None and wish.duration_s is not None and self._number(duration) > 0.0:
-                edits.append(Edit(duration, _digits(math.floor(wish.duration_s * 1e6) / 1e6)))
+                edits.append(Edit(duration, decimal(math.floor(wish.duration_s * 1e6) / 1e6)))
             elif wish.leading_rad_s is not None:
-                edits.append(self._velocity(call, _digits(math.ceil(wish.leading_rad_s * 1e6 - 1e-3) / 1e6)))
+                edits.append(self._velocity(call, decimal(math.ceil(wish.leading_rad_s * 1e6 - 1e-3) / 1e6)))
         return edits
 
     def finished(self, texts: Sequence[str]) -> tuple[str, ...]:
@@ -77,17 +79,11 @@ class UrProgram:
         text = f"{line.indent}sleep({self.wait_text(seconds)}) {ADDED}: wait added by a plan"
         if before:
             return Edit(Span(line.start, line.start), f"{text}{end}")
-        is_cut = line.end == line.start + len(line.text)  # the last line of a file may have no end
-        return Edit(Span(line.end, line.end), f"{end}{text}" if is_cut else f"{text}{end}")
+        return behind(line, text, end)
 
     def wait_text(self, seconds: float) -> str:
         """See `robojoule.formats.vendor.trace.VendorProgram`."""
-        return _digits(seconds)
-
-
-def _digits(value: float) -> str:
-    whole, _, part = f"{value:.6f}".rstrip("0").partition(".")
-    return f"{whole}.{part or '0'}"
+        return decimal(seconds)
 
 
 def read_ur(path: Path) -> UrProgram:
