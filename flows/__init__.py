@@ -3,8 +3,12 @@
 import sys
 
 import stages  # noqa: F401  # sets how their processes compute, before numpy is loaded
-from flows.own_server import start_ahead
-from reproduction.settings import apply_settings
+from flows.command import tell_interrupts
+
+tell_interrupts(sys.orig_argv)  # before the others are loaded
+
+from flows.own_server import start_ahead  # noqa: E402
+from reproduction.settings import apply_settings  # noqa: E402
 
 apply_settings()  # before Prefect is loaded, which reads them then
 start_ahead(sys.orig_argv)  # beside that

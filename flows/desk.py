@@ -21,7 +21,7 @@ from flows.service import ProcessFile, Service, answers
 from reproduction.layout import Layout
 from reproduction.settings import address
 from reproduction.tracking.store import open_store
-from robojoule.documents import write_text
+from robojoule.documents import read_document, write_text
 from robojoule.errors import RobojouleError, require_package
 
 POOL = "local"
@@ -116,8 +116,10 @@ def up(layout: Layout) -> None:
     """Start what does not run; make work pool and deployments.
 
     Raises:
+        InputError: `prefect.yaml` is damaged; nothing is started.
         RobojouleError: A program does not start, or the deployments are refused.
     """
+    read_document(layout.root / "prefect.yaml")  # Prefect would not say what is wrong with it
     prepare_mlflow(layout)
     *servers, worker, watch = services(layout)
     _start(servers)

@@ -19,6 +19,7 @@ from prefect import flow
 from prefect.task_runners import TaskRunner
 from threadpoolctl import threadpool_limits
 
+from flows import lifeline
 from flows.executor import TaskExecutor
 from reproduction.config import load_params
 from reproduction.layout import Layout
@@ -80,18 +81,25 @@ class Look:
     def __init__(self, root: Path, targets: Sequence[str]) -> None:
         self._targets = targets
         words = [sys.executable, "-m", "dvc", "status", "--json", *targets]
-        self._process = subprocess.Popen(words, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self._process = subprocess.Popen(
+            [sys.executable, str(Path(lifeline.__file__)), *words],
+            cwd=root,
+            stdin=subprocess.PIPE,  # held open: when this process is gone, DVC ends
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            process_group=0,
+        )
 
     def outdated(self) -> set[str]:
         """Those that DVC finds out of date; all where it fails: so will they."""
-        said, _ = self._process.communicate()
-        if self._process.returncode != 0:
+        assert self._process.stdout is not None
+        said = self._process.stdout.read()
+        if self._process.wait() != 0:
             return set(self._targets)
         found = json.loads(said.strip() or "{}")
         return {target for target in self._targets if target in found}
 
     def end(self) -> None:
         """End it, where nobody asked for what it finds."""
-        if self._process.poll() is None:
-            self._process.terminate()
-            self._process.wait()
+        lifeline.cut(self._process)

@@ -26,7 +26,7 @@ from pathlib import Path
 from flows import lifeline
 from flows.service import answers, free_port
 from reproduction.layout import Layout
-from robojoule.documents import atomic_path
+from robojoule.documents import atomic_path, reason
 from robojoule.errors import RobojouleError
 
 COMMANDS = frozenset(f"flows.{name}" for name in ("cells", "pipeline", "scale", "studies"))  # report to one
@@ -41,14 +41,24 @@ class OwnServer:
     Args:
         layout: Folder of the project; the empty store is kept there.
         settings: Variables beside those of this process.
+
+    Raises:
+        RobojouleError: There is no room for its store.
     """
 
     def __init__(self, layout: Layout, settings: Mapping[str, str]) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="prefect-", ignore_cleanup_errors=True)
-        self._store = Path(self._folder.name) / "prefect.db"
         self._empty = layout.desk_dir / "empty" / f"prefect-{version('prefect')}.db"
-        if self._empty.exists():
-            shutil.copyfile(self._empty, self._store)
+        try:
+            self._folder = tempfile.TemporaryDirectory(prefix="prefect-", ignore_cleanup_errors=True)
+        except OSError as error:
+            raise RobojouleError(f"no folder can be made for the store of a Prefect server ({reason(error)})") from None
+        self._store = Path(self._folder.name) / "prefect.db"
+        try:
+            self._keeps = not _copy(self._empty, self._store)
+        except OSError as error:
+            self._folder.cleanup()
+            problem = f"the empty store {self._empty} cannot be copied to {self._store.parent} ({reason(error)})"
+            raise RobojouleError(problem) from None
         port = free_port()
         self.url = f"http://127.0.0.1:{port}/api"
         words = f"--factory prefect.server.api.server:create_app --host 127.0.0.1 --port {port} --lifespan on"
@@ -56,9 +66,11 @@ class OwnServer:
         self._process = subprocess.Popen(
             [sys.executable, str(Path(lifeline.__file__)), sys.executable, *server],
             stdin=subprocess.PIPE,
+            process_group=0,  # of its own from the start: Ctrl-C is for the command, which ends it
             env={
                 **os.environ,
                 **settings,
+                lifeline.FOLDER: self._folder.name,
                 "PREFECT_SERVER_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{self._store}",
                 "PREFECT_UI_ENABLED": "0",
                 "PREFECT__SERVER_EPHEMERAL": "1",
@@ -70,8 +82,9 @@ class OwnServer:
         """Wait until it answers, until it ended, or until a time of `time.monotonic`; returns whether it answers."""
         while self._process.poll() is None and time.monotonic() < end:
             if answers(f"{self.url}/health"):
-                if not self._empty.exists():
-                    with contextlib.suppress(RobojouleError):  # a folder that cannot be written: slower next time
+                if self._keeps:
+                    # A folder that cannot be written, or is full: slower next time.
+                    with contextlib.suppress(RobojouleError, sqlite3.Error):
                         _keep(self._store, self._empty)
                 return True
             time.sleep(_POLL_S)
@@ -98,7 +111,8 @@ def start_ahead(words: Sequence[str]) -> None:
         return
     parser = argparse.ArgumentParser(add_help=False, exit_on_error=False)
     parser.add_argument("--root", type=Path, default=Path())
-    with contextlib.suppress(argparse.ArgumentError):  # the command itself says what is wrong with its words
+    # The command itself says what is wrong with its words, or that there is no room.
+    with contextlib.suppress(argparse.ArgumentError, RobojouleError):
         _ahead.append(OwnServer(Layout(parser.parse_known_args(list(words[3:]))[0].root), {}))
         atexit.register(drop_ahead)
 
@@ -141,6 +155,22 @@ def own_server(layout: Layout) -> Iterator[str]:
                 "a larger PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS"
             )
     raise RobojouleError("the Prefect server of this command did not start; what it says is above")
+
+
+def _copy(empty: Path, store: Path) -> bool:
+    """Copy the empty store; returns whether there is one, and it is whole: else a server makes its own."""
+    if not empty.is_file():
+        return False
+    shutil.copyfile(empty, store)
+    try:
+        with contextlib.closing(sqlite3.connect(store)) as copied:
+            is_whole = bool(copied.execute("PRAGMA quick_check").fetchone() == ("ok",))
+            copied.execute("SELECT version_num FROM alembic_version").fetchone()
+    except sqlite3.Error:
+        is_whole = False
+    if not is_whole:
+        store.unlink()
+    return is_whole
 
 
 def _keep(store: Path, empty: Path) -> None:

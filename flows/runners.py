@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import socket
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 from urllib.parse import urlsplit
@@ -13,6 +15,7 @@ from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTa
 
 from reproduction.pools import end_with_parent
 from robojoule.errors import InputError, RobojouleError
+from robojoule.inputs import shown
 
 CLUSTERS = {"dask": ("prefect_dask", "DaskTaskRunner"), "ray": ("prefect_ray", "RayTaskRunner")}
 RUNNERS = ("processes", "threads", *CLUSTERS)
@@ -70,19 +73,28 @@ def _reach(name: str, address: str) -> None:
     """
     if name == "ray" and address in _RAY_FINDS:
         return
+    place = _place(address, SCHEMES[name])
+    if place is None:
+        problem = f"{shown(address)} is not the address of a {name.title()} cluster"
+        raise InputError(problem, key="address", allowed=EXAMPLES[name])
     try:
-        parts = urlsplit(address if "://" in address else f"//{address}")
-        scheme, place = parts.scheme, (parts.hostname, parts.port)
-    except ValueError:  # a port that is not a number
-        scheme, place = "", (None, None)
-    if scheme not in SCHEMES[name] or None in place:
-        raise InputError(
-            f"'{address}' is not the address of a {name.title()} cluster", key="address", allowed=EXAMPLES[name]
-        )
-    try:
-        socket.create_connection((str(place[0]), int(place[1] or 0)), timeout=_PATIENCE_S).close()
+        socket.create_connection(place, timeout=_PATIENCE_S).close()
     except OSError:
         raise RobojouleError(f"no {name.title()} cluster answers at {address}") from None
+
+
+def _place(address: str, schemes: Sequence[str]) -> tuple[str, int] | None:
+    """Host and port that an address names; None if it is not SCHEME://HOST:PORT with one of some schemes, or more."""
+    scheme, mark, rest = address.rpartition("://")
+    if scheme not in schemes or (mark and not scheme) or not re.fullmatch(r"[^\s\x00-\x1f/?#@\\]+", rest):
+        return None
+    try:
+        parts = urlsplit(f"//{rest}")
+        host, port = parts.hostname, parts.port
+        (host or "").encode("idna")  # as the search for a host does, for which labels may be too long
+    except ValueError:  # also a port that is not a number
+        return None
+    return (host, port) if host and port else None
 
 
 def add_runner(parser: argparse.ArgumentParser, default: str | None) -> None:

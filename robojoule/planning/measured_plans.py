@@ -28,7 +28,7 @@ from robojoule.planning.speed_choice import (
 )
 from robojoule.planning.standstills import standing, standstills_of
 from robojoule.planning.tree_motions import closes
-from robojoule.planning.whole_speeds import SpeedSearch
+from robojoule.planning.whole_speeds import FoundSpeeds, SpeedSearch
 from robojoule.planning.writeback import write_plan
 from robojoule.profile.measured import BELOW_MEASURED, MeasuredProfiles, measured_profiles
 from robojoule.programs.operation_tree import OperationTree
@@ -46,7 +46,7 @@ class MeasuredPlan:
     Attributes:
         written: The tree with the plan.
         run: One cycle of it, by the profiles.
-        bound_j: No plan takes less, by the profiles that were chosen by. [J]
+        bound_j: No plan takes less, by the profiles. [J]
         given: One cycle of the program as given, by the profiles.
         fastest: One cycle at full speed, by the profiles.
         least_cycle_s: Least cycle time by the profiles. [s]
@@ -236,11 +236,18 @@ def _with_standby(
     where = [np.flatnonzero(row) for row in allowed]
     search = SpeedSearch(places, cycle_s, TOLERANCE * float(np.abs(energies[:, -1]).sum()))
     durations = [row[at] for row, at in zip(profiles.duration_s, where, strict=True)]
-    best = search.best(places.offers(), durations, [row[at] for row, at in zip(energies, where, strict=True)])
+
+    def best_by(table_j: Array) -> FoundSpeeds:
+        return search.best(places.offers(), durations, [row[at] for row, at in zip(table_j, where, strict=True)])
+
+    best = best_by(energies)
     chosen_s = sum(float(one[k]) for one, k in zip(durations, best.motions, strict=True))
     waits = best.waits_s(places, required_s, cycle_s - chosen_s)
     chosen = np.array([at[k] for at, k in zip(where, best.motions, strict=True)])
-    return chosen, waits, max(best.energy_j - best.bound_j, 0.0)
+    # The energy of a cautious plan is stated by the profiles themselves, by which others may take less.
+    caution_j = float((energies - profiles.energy_j)[np.arange(len(chosen)), chosen].sum())
+    bound_j = (best_by(profiles.energy_j) if cautious else best).bound_j
+    return chosen, waits, max(best.energy_j - caution_j - bound_j, 0.0)
 
 
 def _held(batch: TreeBatch, profiles: MeasuredProfiles, waits_s: Array, closed: bool) -> tuple[Array, float]:

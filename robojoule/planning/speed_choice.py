@@ -103,9 +103,10 @@ def choose_speeds(
 def choose_with_excess(
     profiles: MeasuredProfiles, budget_s: float, *, cautious: bool = False, allowed: Mask | None = None
 ) -> tuple[Index, float] | None:
-    """Speed limits as `choose_speeds` has them, and by how much others may take less energy, as it judges it. [J]"""
+    """Speed limits as `choose_speeds` has them, and by how much others may take less energy by the profiles. [J]"""
     energies = cautious_energies(profiles) if cautious else profiles.energy_j
-    costs = energies - profiles.idle_w.min() * profiles.duration_s
+    idle_j = profiles.idle_w.min() * profiles.duration_s
+    costs, believed = energies - idle_j, profiles.energy_j - idle_j
     where = [np.flatnonzero(row) for row in (profiles.allowed if allowed is None else allowed)]
     tolerance = TOLERANCE * float(np.abs(energies[:, -1]).sum())
     tables = [row[at] for row, at in zip(profiles.duration_s, where, strict=True)]
@@ -120,8 +121,11 @@ def choose_with_excess(
     if first is None:
         return None
 
+    # The energy of a cautious plan is stated by the profiles themselves, by which others may take less.
+    by_profiles = (least(believed) if cautious else first) or first
+
     def judged(places: Index) -> tuple[Index, float]:
-        return places, max(float(costs[rows, places].sum()) - first.bound_j, 0.0)
+        return places, max(float(believed[rows, places].sum()) - by_profiles.bound_j, 0.0)
 
     places = _places(first, where)
     deviation_s = profiles.cycle_deviation_s(places)

@@ -23,6 +23,18 @@ def test_errors_for_people_are_one_sentence(capsys: pytest.CaptureFixture[str], 
     assert capsys.readouterr().err == f"flows.test: {error}\n"
 
 
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt(), ValueError("Error calling function `_ser`: KeyboardInterrupt: ")]
+)
+def test_an_interrupt_is_one_sentence_whatever_libraries_make_of_it(
+    capsys: pytest.CaptureFixture[str], error: BaseException
+):
+    with pytest.raises(SystemExit) as ended, told("flows.test"):
+        raise error
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == "flows.test: interrupted\n"
+
+
 def test_faults_keep_their_traceback():
     with pytest.raises(ZeroDivisionError), told("flows.test"):
         1 / 0  # noqa: B018

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -116,6 +117,21 @@ def test_up_and_down(project: Path, ports: dict[str, str], looked_up: Path):
     ignored = run("git", "status", "--porcelain", "--ignored=no", ".desk", cwd=project).stdout
     assert ignored == ""
     assert not looked_up.exists(), looked_up.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("text", ["deployments: [", None], ids=["garbled", "missing"])
+def test_a_damaged_file_of_deployments_is_one_sentence_before_anything_starts(
+    toy_project: Path, tmp_path: Path, text: str | None
+):
+    project = tmp_path / "project"
+    shutil.copytree(toy_project, project, symlinks=True)
+    (project / "prefect.yaml").unlink()
+    if text is not None:
+        (project / "prefect.yaml").write_text(text, encoding="utf-8")
+    failed = run(sys.executable, "-m", "flows.desk", "up", cwd=project, code=2)
+    assert failed.stderr.startswith("flows.desk: ") and "prefect.yaml" in failed.stderr
+    assert failed.stderr.count("\n") == 1
+    assert processes(project) == {}
 
 
 def _with_children(process: psutil.Process) -> list[psutil.Process]:

@@ -1,15 +1,19 @@
 """The flow's own behaviour, on a DVC project of three shell stages: outcomes, artifacts, retries, timeout."""
 
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 import yaml
 
 from flows.pipeline import StageFailed, pipeline, reproduce_stage, stage_names
 from reproduction.tracking.store import data_hash
-from tests.conftest import free_port, wait_for
+from tests.conftest import ROOT, free_port, wait_for
 from tests.servers import artifacts
 
 STAGES: dict[str, dict[str, Any]] = {
@@ -104,3 +108,18 @@ def test_only_exit_code_2_is_bad_input(project: Path, prefect_server: str, code:
     with pytest.raises(StageFailed):
         reproduce_stage.with_options(retry_delay_seconds=0)("build_features", project)
     assert (project.parent / "tries").read_text().count("try") == tries
+
+
+def test_dvcs_look_at_the_stages_ends_with_a_command_that_is_killed(tmp_path: Path):
+    """Its name for the folder tells it apart from others' processes."""
+    code = "import os, sys; from pathlib import Path; from flows.fan_out import Look; Look(Path(sys.argv[1]), ['a'])"
+    run_here = [sys.executable, "-c", f"{code}; os.kill(os.getpid(), 9)", str(tmp_path)]
+    subprocess.run(run_here, cwd=ROOT, check=False)
+    end = time.monotonic() + 1.0  # DVC alone takes longer to load
+    while (left := _in_folder(tmp_path)) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert left == []
+
+
+def _in_folder(folder: Path) -> list[psutil.Process]:
+    return [one for one in psutil.process_iter(["cwd"]) if one.info["cwd"] == str(folder)]

@@ -1,5 +1,6 @@
 """Task runners by name: what cannot be had is one sentence, before anything is started."""
 
+import re
 import socket
 import sys
 
@@ -8,6 +9,19 @@ import pytest
 from flows.runners import task_runner
 from robojoule.errors import InputError, RobojouleError
 from tests.conftest import free_port
+
+NO_ADDRESSES = (
+    *("tcp://", "[::1]", "::1:8786", "tcp://[::1:8786", "127.0.0.1", "127.0.0.1:0", "127.0.0.1:99999", "127.0.0.1:-1"),
+    *("tcp://a..b:80", f"tcp://{'a' * 64}:80", "TCP://127.0.0.1:1", "tcp:127.0.0.1:1", "://127.0.0.1:1"),
+    *(
+        "tcp://127.0.0.1:1/x",
+        "tcp://user@127.0.0.1:1",
+        " tcp://127.0.0.1:1",
+        "127.0.0.1:1\n",
+        "\x00:1",
+        "127.0.0.1:\uff11",
+    ),
+)
 
 
 @pytest.mark.parametrize(
@@ -19,6 +33,7 @@ from tests.conftest import free_port
         ("dask", 2, "nowhere", "'nowhere' is not the address of a Dask cluster; allowed: such as tcp://127.0.0.1:8786"),
         ("dask", 2, "tcp://host:port", "'tcp://host:port' is not the address of a Dask cluster"),
         ("dask", 2, "ray://127.0.0.1:10001", "'ray://127.0.0.1:10001' is not the address of a Dask cluster"),
+        *(("dask", 2, one, "is not the address of a Dask cluster") for one in NO_ADDRESSES),
         ("ray", 2, "", "'' is not the address of a Ray cluster; allowed: such as 127.0.0.1:6379 or ray://"),
         ("ray", 2, "tcp://127.0.0.1:6379", "'tcp://127.0.0.1:6379' is not the address of a Ray cluster"),
     ],
@@ -36,10 +51,13 @@ def test_a_runner_whose_package_is_not_installed_names_its_extra(monkeypatch: py
         task_runner(name)
 
 
-@pytest.mark.parametrize(("name", "scheme"), [("dask", "tcp://"), ("dask", ""), ("ray", ""), ("ray", "ray://")])
-def test_an_address_where_nobody_listens_is_one_sentence(name: str, scheme: str):
-    address = f"{scheme}127.0.0.1:{free_port()}"
-    with pytest.raises(RobojouleError, match=f"^no {name.title()} cluster answers at {address}$"):
+@pytest.mark.parametrize(
+    ("name", "before"),
+    [("dask", "tcp://127.0.0.1"), ("dask", "[::1]"), ("ray", "localhost"), ("ray", "ray://127.0.0.1")],
+)
+def test_an_address_where_nobody_listens_is_one_sentence(name: str, before: str):
+    address = f"{before}:{free_port()}"
+    with pytest.raises(RobojouleError, match=f"^no {name.title()} cluster answers at {re.escape(address)}$"):
         task_runner(name, address=address)
 
 

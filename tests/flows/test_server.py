@@ -1,10 +1,14 @@
 """The server of a command started by hand: that which is named, or one of its own with a store of its own."""
 
 import os
+import signal
 import sqlite3
 import subprocess
 import sys
+import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
 
 import psutil
@@ -90,6 +94,64 @@ def test_a_server_that_was_started_ahead_ends_with_its_command(words: list[str],
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
     assert [one for one in psutil.process_iter() if _in(one, tmp_path)] == []
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_server_that_was_started_ahead_ends_with_a_command_that_is_ended_while_it_loads(
+    ending: signal.Signals, tmp_path: Path
+):
+    environment = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    environment["TMPDIR"] = str(tmp_path)
+    command = subprocess.Popen(
+        [sys.executable, "-m", "flows.scale", "--motions", "1000000", "--out", str(tmp_path / "set")],
+        cwd=ROOT,
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # as a terminal starts it
+    )
+    end = time.monotonic() + 60.0
+    while not any(_in(one, tmp_path) for one in psutil.process_iter()) and time.monotonic() < end:
+        time.sleep(0.02)
+    if ending == signal.SIGINT:
+        os.killpg(command.pid, ending)
+    else:
+        command.send_signal(ending)
+    _, said = command.communicate(timeout=60)
+    assert command.returncode == -ending
+    assert said == ("flows.scale: interrupted\n" if ending == signal.SIGINT else "")
+    while (left := [*tmp_path.iterdir(), *(one for one in psutil.process_iter() if _in(one, tmp_path))]) and (
+        time.monotonic() < end
+    ):
+        time.sleep(0.1)
+    assert left == []
+
+
+@pytest.mark.parametrize("kept", [b"", b"no store", b"SQLite format 3\0" + bytes(5000)])
+def test_an_empty_store_that_is_damaged_is_made_again(kept: bytes, tmp_path: Path):
+    empty = tmp_path / ".desk/empty" / f"prefect-{version('prefect')}.db"
+    empty.parent.mkdir(parents=True)
+    empty.write_bytes(kept)
+    server = own_server.OwnServer(Layout(tmp_path), {})
+    try:
+        assert server.wait(time.monotonic() + 60.0)
+    finally:
+        server.end()
+    assert own_server._copy(empty, tmp_path / "copy.db")
+
+
+def test_no_room_for_a_store_is_one_sentence_of_the_command_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    own_server.start_ahead(["python", "-m", "flows.studies", "--root", str(tmp_path)])
+    assert own_server._ahead == []
+    with (
+        temporary_settings(restore_defaults={PREFECT_API_URL}),
+        pytest.raises(RobojouleError, match=r"^no folder can be made for the store of a Prefect server \(No such file"),
+        server_for(Layout(tmp_path)),
+    ):
+        pass
 
 
 def _in(process: psutil.Process, folder: Path) -> bool:

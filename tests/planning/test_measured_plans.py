@@ -150,6 +150,24 @@ def test_plans_on_runs_use_standby_modes(case):
     assert plan.outlook.saving_low_percent < plan.saving_percent < plan.outlook.saving_high_percent
 
 
+@pytest.mark.parametrize("standby", [{}, {"standby": {"brakes": {"power_w": 60.0, "least_idle_s": 0.5}}}])
+def test_the_bound_of_a_cautious_plan_holds_for_plans_without_caution(standby):
+    """Both state their energies by the same profiles; the waits of both are written in steps."""
+    paths, points = closed_cycle(seed=4, moves=3)
+    machine = joint_controller(paths.robot, exponent=1.0)
+    asked = 1.9 * paths.with_controller(machine).durations([1.0]).sum()
+    data = paths.robot.file.model_dump(mode="json")
+    robot = rj.Robot(RobotFile.model_validate({**data, **standby}), paths.robot.payload)
+    program = rj.Program(tree_from_configurations("cell", points))
+    runs = observed(paths, machine, (1.0, 0.3), noise=0.05)
+    wish = {"cycle_time": asked, "runs": runs, "speed_step": 5}
+    free, cautious = (rj.optimize(program, robot, **wish, cautious=one) for one in (False, True))
+    steps_j = 500.0 * (asked - free.cycle_time_s)
+    assert cautious.energy_j > free.energy_j + 1.5
+    assert cautious.bound_j <= free.energy_j + steps_j
+    assert 0.0 <= free.gap_to_optimum_percent <= cautious.gap_to_optimum_percent
+
+
 def test_runs_that_no_rule_explains_are_told(case):
     paths, program, machine, asked = case
     runs = observed(paths, machine, (1.0, 0.3))

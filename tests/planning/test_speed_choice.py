@@ -55,6 +55,16 @@ def test_no_other_choice_costs_less(profiles, slack):
     same, excess_j = choose_with_excess(profiles, budget)
     assert (same == found).all()
     assert cost(found) - best - 1e-9 * abs(best) <= excess_j <= 1e-4 * abs(best)
+    careful, excess_j = choose_with_excess(doubtful(profiles), budget, cautious=True)
+    assert cost(careful) - best - 1e-9 * abs(best) <= excess_j <= cost(careful) - best + 1e-4 * abs(best)
+    if slack == 1.2:
+        assert cost(careful) > best + 1.0  # caution costs something here, by the profiles
+
+
+def doubtful(profiles):
+    """Profiles whose energies are known the worse the slower, those of every other motion."""
+    share = 0.5 * (np.arange(5) % 2)[:, None] * (1.0 - LIMITS)
+    return replace(profiles, energy_deviation_j=share * profiles.energy_j)
 
 
 def test_of_equal_choices_the_one_whose_duration_is_surer_is_taken(profiles):
